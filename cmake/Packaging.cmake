@@ -1,0 +1,3 @@
+# SPDX-FileCopyrightText: nadir contributors
+# SPDX-License-Identifier: Apache-2.0
+include(GNUInstallDirs)

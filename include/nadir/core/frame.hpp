@@ -1,0 +1,56 @@
+// SPDX-FileCopyrightText: nadir contributors
+// SPDX-License-Identifier: Apache-2.0
+// One image of the input as capture delivers it.
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <opencv2/core/mat.hpp>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "nadir/core/alert.hpp"
+#include "nadir/core/camera_model.hpp"
+#include "nadir/core/time.hpp"
+
+namespace nadir {
+
+/// Tait-Bryan Z-Y-X angles from body (FRD) to north-east-down, radians; yaw 0 is north, pi/2 east.
+struct Attitude {
+  double roll = 0, pitch = 0, yaw = 0;
+  Eigen::Quaterniond ned_from_body() const {
+    using Eigen::AngleAxisd, Eigen::Vector3d;
+    return Eigen::Quaterniond(AngleAxisd(yaw, Vector3d::UnitZ()) *
+                              AngleAxisd(pitch, Vector3d::UnitY()) *
+                              AngleAxisd(roll, Vector3d::UnitX()));
+  }
+};
+
+/// A decoded image or pair at the processed scale. Pixel data are never written after publication.
+struct Frame {
+  std::uint64_t image = 0;  ///< index in input order
+  Time time = 0;
+  std::string name;                      ///< file name without extension
+  std::shared_ptr<const CameraRig> rig;  ///< at the processed scale
+  cv::Mat colour;  ///< CV_8UC3 BGR of the left camera (grey input: three equal channels)
+  cv::Mat grey;    ///< CV_8UC1 of the left camera
+  cv::Mat right;   ///< CV_8UC1 of the right camera; empty when mono
+  std::optional<Attitude> attitude;
+  std::optional<double> depth;     ///< metres below the surface
+  std::optional<double> altitude;  ///< metres to the seabed along the sounder
+};
+
+/// What became of one image of the input: a frame, or the alerts that say why not.
+/// Image numbers may skip: those between two shots were dropped by a full queue and are counted
+/// here.
+struct Shot {
+  std::uint64_t image = 0;
+  Time time = 0;
+  std::string name;
+  std::shared_ptr<const Frame> frame;  ///< null when the image was rejected
+  std::vector<Alert> alerts;
+  std::uint32_t dropped_before = 0;
+};
+
+}  // namespace nadir

@@ -1,0 +1,17 @@
+// SPDX-FileCopyrightText: nadir contributors
+// SPDX-License-Identifier: Apache-2.0
+// Time is integer nanoseconds until printed; the zero is the survey's own (timestamps.csv) or the
+// UNIX epoch.
+#pragma once
+
+#include <cmath>
+#include <cstdint>
+
+namespace nadir {
+
+using Time = std::int64_t;
+
+constexpr double seconds(Time time) { return static_cast<double>(time) * 1e-9; }
+inline Time from_seconds(double s) { return static_cast<Time>(std::llround(s * 1e9)); }
+
+}  // namespace nadir

@@ -1,0 +1,92 @@
+// SPDX-FileCopyrightText: nadir contributors
+// SPDX-License-Identifier: Apache-2.0
+// What odometry finds for one image, and the window of key frames it adjusted.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "nadir/core/frame.hpp"
+#include "nadir/core/rigid3.hpp"
+
+namespace nadir {
+
+enum class TrackingState { waiting, initialising, tracking, lost };
+std::string_view to_string(TrackingState state);
+
+enum class ScaleSource { none, stereo, laser, typed, altitude, depth };
+std::string_view to_string(ScaleSource source);
+
+struct Scale {
+  ScaleSource source = ScaleSource::none;
+  double sigma = 0;  ///< relative, 1 sigma; 0 when unscaled
+};
+
+/// Exterior orientation of one image.
+struct ImagePose {
+  std::uint64_t image = 0;
+  Time time = 0;
+  std::uint32_t submap = 0;
+  Rigid3 survey_from_camera;
+  bool key_frame = false;
+  std::uint32_t tie_points = 0;  ///< observed in this image
+  double rms_px = 0;             ///< of their reprojection
+};
+
+struct TiePoint {
+  std::uint64_t id = 0;  ///< unique in the dive
+  Eigen::Vector3d x_in_survey = Eigen::Vector3d::Zero();
+  std::array<std::uint8_t, 3> rgb{};
+  std::uint32_t images = 0;  ///< in how many it was observed
+  double rms_px = 0;
+};
+
+/// The last n key frames after their bundle adjustment (paper 3.2).
+struct Window {
+  std::uint32_t submap = 0;
+  std::vector<ImagePose> images;  ///< n, oldest first
+  std::vector<TiePoint> tie_points;
+  std::shared_ptr<const Frame> central;  ///< frame of images[n / 2]
+  Scale scale;
+  double rms_px = 0;
+  int iterations = 0;
+  bool converged = false;
+
+  const ImagePose& central_pose() const { return images[images.size() / 2]; }
+};
+
+/// Per image, for health.csv and the page.
+struct Health {
+  std::uint32_t tie_points = 0;
+  std::array<std::uint32_t, 4> by_quadrant{};  ///< top left, top right, bottom left, bottom right
+  double rms_px = 0;
+  double sharpness = 0;  ///< variance of the Laplacian, grey levels squared
+  double exposure = 0;   ///< mean grey level, 0 to 255
+};
+
+/// Everything odometry has to say after one shot; exactly one per shot, in order.
+struct Orientation {
+  std::shared_ptr<const Shot> shot;
+  TrackingState state = TrackingState::waiting;
+  std::uint32_t submap = 0;
+  /// Poses that are new or were changed by this shot: its own, those of the initial images once the
+  /// map starts, those the window adjustment moved.
+  std::vector<ImagePose> poses;
+  /// Images given up by this shot: waited for in initialisation or tracked without success.
+  std::vector<std::uint64_t> lost;
+  std::shared_ptr<const Window> window;  ///< null when no window was completed by this shot
+  Health health;
+  std::vector<Alert> alerts;
+};
+
+/// How a fresh sub-map came to be placed in the survey frame.
+struct SubmapPlacement {
+  Similarity3 survey_from_odometry;
+  Scale scale;
+  bool uncertain = false;  ///< placed by attitude and dead reckoning only
+};
+
+}  // namespace nadir

@@ -1,0 +1,81 @@
+// SPDX-FileCopyrightText: nadir contributors
+// SPDX-License-Identifier: Apache-2.0
+#include "nadir/core/alert.hpp"
+
+#include "nadir/core/window.hpp"
+
+namespace nadir {
+
+std::string_view to_string(AlertKind kind) {
+  switch (kind) {
+    case AlertKind::tracking_lost:
+      return "tracking_lost";
+    case AlertKind::tracking_recovered:
+      return "tracking_recovered";
+    case AlertKind::submap_started:
+      return "submap_started";
+    case AlertKind::submap_joined:
+      return "submap_joined";
+    case AlertKind::not_planar:
+      return "not_planar";
+    case AlertKind::mosaic_restarted:
+      return "mosaic_restarted";
+    case AlertKind::scale_conflict:
+      return "scale_conflict";
+    case AlertKind::calibration_suspect:
+      return "calibration_suspect";
+    case AlertKind::stereo_skew:
+      return "stereo_skew";
+    case AlertKind::camera_lost:
+      return "camera_lost";
+    case AlertKind::camera_back:
+      return "camera_back";
+    case AlertKind::image_rejected:
+      return "image_rejected";
+    case AlertKind::images_dropped:
+      return "images_dropped";
+    case AlertKind::sensor_stale:
+      return "sensor_stale";
+    case AlertKind::storage:
+      return "storage";
+    case AlertKind::clock:
+      return "clock";
+    case AlertKind::load:
+      return "load";
+  }
+  return "unknown";
+}
+
+std::string_view to_string(TrackingState state) {
+  switch (state) {
+    case TrackingState::waiting:
+      return "waiting";
+    case TrackingState::initialising:
+      return "initialising";
+    case TrackingState::tracking:
+      return "tracking";
+    case TrackingState::lost:
+      return "lost";
+  }
+  return "unknown";
+}
+
+std::string_view to_string(ScaleSource source) {
+  switch (source) {
+    case ScaleSource::none:
+      return "none";
+    case ScaleSource::stereo:
+      return "stereo";
+    case ScaleSource::laser:
+      return "laser";
+    case ScaleSource::typed:
+      return "typed";
+    case ScaleSource::altitude:
+      return "altitude";
+    case ScaleSource::depth:
+      return "depth";
+  }
+  return "unknown";
+}
+
+}  // namespace nadir
