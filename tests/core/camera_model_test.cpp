@@ -21,7 +21,7 @@ CameraModel wide_lens() {
 }
 
 CameraModel fisheye_lens() {
-  return {800, 600, 300, 301, 399, 302, LensModel::kannala_brandt, {0.02, -0.01, 0.004, -0.001}};
+  return {800, 600, 420, 421, 399, 302, LensModel::kannala_brandt, {0.02, -0.01, 0.004, -0.001}};
 }
 
 cv::Point2d opencv_projection(const CameraModel& c, const cv::Point3d& x) {
