@@ -17,6 +17,12 @@ bool is_port(std::string_view text) {
   return error == std::errc() && end == text.data() + text.size() && port > 0 && port < 65536;
 }
 
+std::string lower_case(std::string text) {
+  std::ranges::transform(text, text.begin(),
+                         [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+  return text;
+}
+
 /// "host" or "host:port" to host in lower case; none when malformed.
 std::optional<std::string> host_of(std::string_view authority) {
   const std::size_t bracket = authority.starts_with('[') ? authority.find(']') : 0;
@@ -29,9 +35,7 @@ std::optional<std::string> host_of(std::string_view authority) {
            std::string_view("-._[]:").find(static_cast<char>(c)) != std::string_view::npos;
   });
   if (host.empty() || !plain) return std::nullopt;
-  std::ranges::transform(host, host.begin(),
-                         [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
-  return host;
+  return lower_case(std::move(host));
 }
 
 /// RFC 9110, 12.5.3: without the field any coding will do.
@@ -53,7 +57,8 @@ std::optional<Refusal> refusal_of(const Request& request, std::string_view local
   if (request.hosts.size() != 1) return Refusal{400, "one Host is needed"};
   const auto host = host_of(request.hosts[0]);
   if (!host) return Refusal{400, "malformed Host"};
-  if (*host != "localhost" && *host != local_address && std::ranges::count(names, *host) == 0) {
+  const bool named = std::ranges::count(names, *host, lower_case) > 0;
+  if (*host != "localhost" && *host != local_address && !named) {
     return Refusal{421, "this device does not go by that name (serve.names)"};
   }
   if (request.upgrade) {

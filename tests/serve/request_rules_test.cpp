@@ -16,7 +16,7 @@ Request feed(std::string_view host, std::vector<std::string_view> origins) {
 }
 
 unsigned status(const Request& request, std::string_view local = kLocal) {
-  const auto refusal = refusal_of(request, local, {"rov.local", "10.0.0.9"});
+  const auto refusal = refusal_of(request, local, {"Rov.local", "10.0.0.9"});
   return refusal ? refusal->status : 200;
 }
 
