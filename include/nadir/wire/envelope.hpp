@@ -38,4 +38,26 @@ Bytes encode(const Hello& hello);
 /// None when it is not a hello of this version.
 std::optional<Hello> decode_hello(std::span<const std::uint8_t> message);
 
+/// The server's answer to a hello, its first record: type 2; body u64 feed, u64 newest_sequence.
+/// When the feed is not the one of the hello the viewer forgets what it has.
+struct Welcome {
+  std::uint64_t feed = 0;
+  std::uint64_t newest_sequence = 0;
+};
+constexpr std::uint8_t kWelcomeType = 2;
+Bytes encode(const Welcome& welcome);
+std::optional<Welcome> decode_welcome(std::span<const std::uint8_t> record);
+
+/// Data arrive newest first, so the greatest sequence seen says nothing about what is missing. This
+/// does, each time a viewer has been sent all there is: type 3; body u64 sequence, u64 evicted. The
+/// viewer gives the sequence of the last one as its next hello's last_sequence (0 before the
+/// first). evicted: data records the server held once and let go to stay within its memory.
+struct CaughtUp {
+  std::uint64_t sequence = 0;
+  std::uint64_t evicted = 0;
+};
+constexpr std::uint8_t kCaughtUpType = 3;
+Bytes encode(const CaughtUp& caught_up);
+std::optional<CaughtUp> decode_caught_up(std::span<const std::uint8_t> record);
+
 }  // namespace nadir::wire

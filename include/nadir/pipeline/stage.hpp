@@ -1,0 +1,77 @@
+// SPDX-FileCopyrightText: nadir contributors
+// SPDX-License-Identifier: Apache-2.0
+// Lends a thread to an algorithm: takes what comes in, calls it, measures it, and ends by closing
+// what it feeds.
+#pragma once
+
+#include <exception>
+#include <functional>
+#include <string>
+#include <thread>
+#include <utility>
+#include <vector>
+
+#include "nadir/core/stage_stats.hpp"
+#include "nadir/pipeline/channel.hpp"
+#include "nadir/pipeline/meter.hpp"
+
+namespace nadir::pipeline {
+
+/// One channel and what is done with each of its items.
+struct Input {
+  Edge* edge;
+  std::function<bool()> step;  ///< processes one waiting item; false when there was none
+};
+
+/// process: void(T). It refers to the channel, which must outlive the stage.
+template <class T, class Process>
+Input from(Channel<T>& channel, Process process) {
+  return {&channel, [&channel, process = std::move(process)]() mutable {
+            std::optional<T> item = channel.take();
+            if (item) process(*std::move(item));
+            return item.has_value();
+          }};
+}
+
+/// A named thread, from construction to join().
+class Stage {
+ public:
+  /// Processes its inputs until all have ended; where several have items waiting, the one listed
+  /// first goes first (they share one bell). Then flush (when all were drained without a fault) and
+  /// close (always) are called once, on the stage's thread; close closes the stage's outputs.
+  Stage(std::string name, std::vector<Input> inputs, std::function<void()> close,
+        std::function<void()> flush = {});
+
+  /// The head of the flow: calls produce until it returns false or the stage is stopped.
+  Stage(std::string name, std::function<bool()> produce, std::function<void()> close);
+
+  /// Stops and joins.
+  ~Stage();
+
+  /// "Stop now": ends after the item in hand, what waits at its inputs is lost. Any thread.
+  void stop();
+
+  /// Waits for the end; what process threw (its inputs were then abandoned, its outputs closed), or
+  /// null.
+  std::exception_ptr join();
+
+  /// Any thread, at any time. Rates are means over at most the last ten seconds.
+  StageStats stats() const;
+
+ private:
+  void run(const std::function<void()>& work);
+  void consume();
+  bool take_one();
+  void produce(const std::function<bool()>& produce_one);
+  std::uint64_t arrived() const;
+
+  const std::string name_;
+  std::vector<Input> inputs_;
+  const std::function<void()> close_, flush_;
+  Meter meter_;
+  std::exception_ptr fault_;
+  std::atomic<bool> stopped_ = false;
+  std::jthread thread_;
+};
+
+}  // namespace nadir::pipeline

@@ -1,0 +1,108 @@
+// SPDX-FileCopyrightText: nadir contributors
+// SPDX-License-Identifier: Apache-2.0
+#include "nadir/pipeline/stage.hpp"
+
+#include <pthread.h>
+
+#include <algorithm>
+
+#include "nadir/core/check.hpp"
+
+namespace nadir::pipeline {
+namespace {
+
+constexpr std::size_t kThreadNameLength = 15;  // pthread_setname_np(3)
+
+bool share_one_bell(const std::vector<Input>& inputs) {
+  return std::ranges::all_of(
+      inputs, [&](const Input& input) { return input.edge->bell() == inputs[0].edge->bell(); });
+}
+
+}  // namespace
+
+Stage::Stage(std::string name, std::vector<Input> inputs, std::function<void()> close,
+             std::function<void()> flush)
+    : name_(std::move(name)),
+      inputs_(std::move(inputs)),
+      close_(std::move(close)),
+      flush_(std::move(flush)) {
+  NADIR_CHECK(!inputs_.empty() && share_one_bell(inputs_), name_);
+  thread_ = std::jthread([this] { run([this] { consume(); }); });
+}
+
+Stage::Stage(std::string name, std::function<bool()> produce_one, std::function<void()> close)
+    : name_(std::move(name)), close_(std::move(close)) {
+  thread_ = std::jthread([this, produce_one = std::move(produce_one)] {
+    run([this, &produce_one] { produce(produce_one); });
+  });
+}
+
+Stage::~Stage() { stop(); }
+
+void Stage::stop() {
+  stopped_ = true;
+  for (const Input& input : inputs_) input.edge->abandon();
+}
+
+std::exception_ptr Stage::join() {
+  if (thread_.joinable()) thread_.join();
+  return fault_;
+}
+
+StageStats Stage::stats() const {
+  const Meter::Reading reading = meter_.read(Meter::Clock::now(), arrived());
+  StageStats stats;
+  stats.stage = name_;
+  stats.rate_in_hz = reading.rate_in_hz;
+  stats.rate_out_hz = reading.rate_out_hz;
+  stats.processed = reading.count;
+  for (const Input& input : inputs_) {
+    stats.depth += static_cast<std::uint32_t>(input.edge->depth());
+    stats.dropped += input.edge->dropped();
+  }
+  stats.last_ms = reading.last_ms;
+  stats.p95_ms = reading.p95_ms;
+  return stats;
+}
+
+void Stage::run(const std::function<void()>& work) {
+  pthread_setname_np(pthread_self(), name_.substr(0, kThreadNameLength).c_str());
+  try {
+    work();
+    if (flush_ && !stopped_) flush_();
+  } catch (...) {
+    fault_ = std::current_exception();
+  }
+  for (const Input& input : inputs_) input.edge->abandon();
+  close_();
+}
+
+void Stage::consume() {
+  Bell& bell = *inputs_[0].edge->bell();
+  while (!std::ranges::all_of(inputs_, [](const Input& input) { return input.edge->ended(); })) {
+    bell.wait();
+    const auto begin = Meter::Clock::now();
+    if (take_one()) meter_.add(begin, Meter::Clock::now(), arrived());
+  }
+}
+
+bool Stage::take_one() {
+  return std::ranges::any_of(inputs_, [](const Input& input) { return input.step(); });
+}
+
+void Stage::produce(const std::function<bool()>& produce_one) {
+  while (!stopped_) {
+    const auto begin = Meter::Clock::now();
+    if (!produce_one()) return;
+    meter_.add(begin, Meter::Clock::now(), arrived());
+  }
+}
+
+std::uint64_t Stage::arrived() const {
+  if (inputs_.empty()) return 0;
+  std::uint64_t sum = 0;
+  for (const Input& input : inputs_) sum += input.edge->accepted() + input.edge->dropped();
+  return sum;
+}
+
+}  // namespace nadir::pipeline
