@@ -110,20 +110,6 @@ void Config::check() const {
   }
 }
 
-std::string_view to_string(SurveyAxes axes) {
-  switch (axes) {
-    case SurveyAxes::none:
-      return "none";
-    case SurveyAxes::attitude:
-      return "attitude";
-    case SurveyAxes::first_plane:
-      return "first_plane";
-    case SurveyAxes::first_camera:
-      return "first_camera";
-  }
-  return "unknown";
-}
-
 SurveyFrame::SurveyFrame(Config config, PlaneOf plane_of)
     : config_(config), plane_of_(std::move(plane_of)) {}
 
@@ -158,6 +144,7 @@ SubmapPlacement SurveyFrame::place(const Window& initial,
         placement.survey_from_odometry * initial.images.front().survey_from_camera;
     rigid.translation = dead_reckoned(initial.images.front(), *frames.front()) - camera.translation;
   }
+  placement.axes = axes_;
   return placement;
 }
 

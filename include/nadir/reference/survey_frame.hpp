@@ -6,7 +6,6 @@
 #include <functional>
 #include <memory>
 #include <optional>
-#include <string_view>
 #include <vector>
 
 #include "nadir/core/surface.hpp"
@@ -21,16 +20,6 @@ struct Config {
 
   void check() const;
 };
-
-/// What gave the survey frame its axes.
-enum class SurveyAxes {
-  none,         ///< no map yet
-  attitude,     ///< x east, y north, z up, from the AHRS
-  first_plane,  ///< z along the first map's plane normal, x the first camera's x axis projected on
-                ///< it
-  first_camera  ///< no plane either: z against the mean viewing direction
-};
-std::string_view to_string(SurveyAxes axes);
 
 /// Places the first sub-map at its own centroid, and every later one by attitude and dead reckoning
 /// from what was last seen, marked uncertain. Mono maps have no scale: the first is sized so that
