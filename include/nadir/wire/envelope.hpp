@@ -49,14 +49,14 @@ Bytes encode(const Welcome& welcome);
 std::optional<Welcome> decode_welcome(std::span<const std::uint8_t> record);
 
 /// Data arrive newest first, so the greatest sequence seen says nothing about what is missing. This
-/// does, each time a viewer has been sent all there is: type 3; body u64 sequence, u64 evicted. The
-/// viewer gives the sequence of the last one as its next hello's last_sequence (0 before the
+/// does, each time a viewer has been sent all there is: type 14; body u64 sequence, u64 evicted.
+/// The viewer gives the sequence of the last one as its next hello's last_sequence (0 before the
 /// first). evicted: data records the server held once and let go to stay within its memory.
 struct CaughtUp {
   std::uint64_t sequence = 0;
   std::uint64_t evicted = 0;
 };
-constexpr std::uint8_t kCaughtUpType = 3;
+constexpr std::uint8_t kCaughtUpType = 14;
 Bytes encode(const CaughtUp& caught_up);
 std::optional<CaughtUp> decode_caught_up(std::span<const std::uint8_t> record);
 

@@ -1,0 +1,100 @@
+// SPDX-FileCopyrightText: nadir contributors
+// SPDX-License-Identifier: Apache-2.0
+import { decode } from "./wire/decode";
+import { HEADER_SIZE, VERSION, type WireRecord } from "./wire/records";
+
+export type LinkState = "connecting" | "live" | "lost";
+
+export interface LinkEvents {
+  record(record: WireRecord): void;
+  /** The server is another run of itself: everything known is void. */
+  newFeed(): void;
+  state(state: LinkState): void;
+}
+
+/** What lasts between two connections: the records a later one need not send again. */
+const SCENE = new Set(["camera", "pose", "tie_points", "plane_grid", "plane_colour", "mosaic", "mosaic_tile"]);
+
+const FIRST_RETRY_MS = 500;
+const LAST_RETRY_MS = 5000;
+
+/** Keeps one connection to the server, come what may, and resumes where the last one broke off. */
+export class Link {
+  /** Messages that were no record of ours. */
+  ignored = 0;
+  private feed = 0n;
+  private newest = 0;
+  private socket: WebSocket | null = null;
+  private retryMs = FIRST_RETRY_MS;
+  private timer: ReturnType<typeof setTimeout> | undefined;
+
+  constructor(
+    private readonly address: string,
+    private readonly events: LinkEvents,
+    private readonly open: (address: string) => WebSocket = (to) => new WebSocket(to),
+  ) {}
+
+  connect(): void {
+    clearTimeout(this.timer);
+    this.events.state("connecting");
+    const socket = this.open(this.address);
+    this.socket = socket;
+    socket.binaryType = "arraybuffer";
+    socket.onopen = () => {
+      socket.send(hello(this.feed, this.newest));
+    };
+    socket.onmessage = (message: MessageEvent<unknown>) => {
+      this.receive(message.data);
+    };
+    socket.onclose = () => {
+      if (socket === this.socket) this.retryLater();
+    };
+  }
+
+  /** Tries at once when a retry is due later: the network or the viewer is back. */
+  hurry(): void {
+    if (this.socket === null) this.connect();
+  }
+
+  private retryLater(): void {
+    this.socket = null;
+    this.events.state("lost");
+    this.timer = setTimeout(() => {
+      this.connect();
+    }, this.retryMs);
+    this.retryMs = Math.min(2 * this.retryMs, LAST_RETRY_MS);
+  }
+
+  private receive(data: unknown): void {
+    const record = data instanceof ArrayBuffer ? decode(data) : null;
+    if (record === null) {
+      ++this.ignored;
+      return;
+    }
+    if (record.type === "welcome") {
+      this.greet(record.feed);
+      return;
+    }
+    if (SCENE.has(record.type)) this.newest = Math.max(this.newest, record.sequence);
+    this.events.record(record);
+  }
+
+  private greet(feed: bigint): void {
+    if (feed !== this.feed) {
+      this.feed = feed;
+      this.newest = 0;
+      this.events.newFeed();
+    }
+    this.retryMs = FIRST_RETRY_MS;
+    this.events.state("live");
+  }
+}
+
+function hello(feed: bigint, newest: number): ArrayBuffer {
+  const message = new DataView(new ArrayBuffer(HEADER_SIZE + 16));
+  message.setUint8(0, 1);
+  message.setUint8(1, VERSION);
+  message.setBigUint64(HEADER_SIZE, feed, true);
+  message.setBigUint64(HEADER_SIZE + 8, BigInt(newest), true);
+  return message.buffer;
+}
