@@ -29,7 +29,8 @@ void Assembler::finish() {
 }
 
 void Assembler::emit_whole() {
-  while (!orientations_.empty() && is_decided(surfaces_) && is_decided(clouds_) && is_decided(mosaics_)) {
+  while (!orientations_.empty() && is_decided(surfaces_) && is_decided(clouds_) &&
+         is_decided(mosaics_)) {
     const std::uint64_t wanted = place(*orientations_.front());
     record::Entry entry;
     entry.orientation = taken(orientations_, wanted);

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: nadir contributors
 // SPDX-License-Identifier: Apache-2.0
-// Brings together again what the stages made of one shot, in the shots' order, whatever the threads' timing: so that
-// the journal of a replay has the same bytes twice.
+// Brings together again what the stages made of one shot, in the shots' order, whatever the
+// threads' timing: so that the journal of a replay has the same bytes twice.
 #pragma once
 
 #include <cstdint>
@@ -13,13 +13,15 @@
 
 namespace nadir::app {
 
-/// An entry is whole when each of its parts has come, or a part of a later shot has come in its place (the part was
-/// dropped on a live edge), or the stream has ended.
+/// An entry is whole when each of its parts has come, or a part of a later shot has come in its
+/// place (the part was dropped on a live edge), or the stream has ended.
 class Assembler {
  public:
   explicit Assembler(std::function<void(const record::Entry&)> whole) : whole_(std::move(whole)) {}
 
-  void add(std::shared_ptr<const Orientation> orientation) { take(orientations_, std::move(orientation)); }
+  void add(std::shared_ptr<const Orientation> orientation) {
+    take(orientations_, std::move(orientation));
+  }
   void add(std::shared_ptr<const Surface> surface) { take(surfaces_, std::move(surface)); }
   void add(std::shared_ptr<const Cloud> cloud) { take(clouds_, std::move(cloud)); }
   void add(std::shared_ptr<const MosaicUpdate> mosaic) { take(mosaics_, std::move(mosaic)); }
@@ -37,7 +39,9 @@ class Assembler {
   }
   void emit_whole();
   template <class T>
-  bool is_decided(const Stream<T>& stream) const { return ended_ || !stream.empty(); }
+  bool is_decided(const Stream<T>& stream) const {
+    return ended_ || !stream.empty();
+  }
 
   std::function<void(const record::Entry&)> whole_;
   Stream<Orientation> orientations_;

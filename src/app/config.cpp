@@ -65,8 +65,8 @@ Setting setting(std::string key, Room Config::*room, T Room::*field, std::string
 }
 
 template <class Room, class T>
-Setting choice(std::string key, Room Config::*room, T Room::*field, std::vector<std::pair<std::string, T>> choices,
-               std::string meaning) {
+Setting choice(std::string key, Room Config::*room, T Room::*field,
+               std::vector<std::pair<std::string, T>> choices, std::string meaning) {
   const auto get = [=](const Config& config) -> Value {
     for (const auto& [name, value] : choices) {
       if (value == config.*room.*field) return name;
@@ -87,11 +87,7 @@ Setting choice(std::string key, Room Config::*room, T Room::*field, std::vector<
   return {std::move(key), std::move(meaning), get, set};
 }
 
-std::vector<Setting> make_settings() {
-  return {
-SETTINGS_GO_HERE
-  };
-}
+std::vector<Setting> make_settings() { return {SETTINGS_GO_HERE}; }
 
 }  // namespace
 
@@ -113,12 +109,15 @@ const std::vector<Setting>& settings() {
 
 void assign(Config& config, const std::string& key, const Value& value, const std::string& where) {
   const std::vector<Setting>& table = settings();
-  const auto found = std::find_if(table.begin(), table.end(), [&](const Setting& s) { return s.key == key; });
+  const auto found =
+      std::find_if(table.begin(), table.end(), [&](const Setting& s) { return s.key == key; });
   if (found == table.end()) {
-    const auto nearest = std::min_element(table.begin(), table.end(), [&](const Setting& a, const Setting& b) {
-      return edit_distance(a.key, key) < edit_distance(b.key, key);
-    });
-    throw InputError(where + ": there is no setting '" + key + "'; did you mean '" + nearest->key + "'?");
+    const auto nearest =
+        std::min_element(table.begin(), table.end(), [&](const Setting& a, const Setting& b) {
+          return edit_distance(a.key, key) < edit_distance(b.key, key);
+        });
+    throw InputError(where + ": there is no setting '" + key + "'; did you mean '" + nearest->key +
+                     "'?");
   }
   try {
     found->set(config, value);

@@ -1,6 +1,7 @@
 // SPDX-FileCopyrightText: nadir contributors
 // SPDX-License-Identifier: Apache-2.0
-// Every room's settings side by side, and the one table that names them for the file and the command line alike.
+// Every room's settings side by side, and the one table that names them for the file and the
+// command line alike.
 #pragma once
 
 #include <functional>
@@ -46,7 +47,8 @@ struct Setting {
 
 const std::vector<Setting>& settings();
 
-/// Sets by name; an unknown key is an InputError that names its nearest neighbour. where: file and line, or the option.
+/// Sets by name; an unknown key is an InputError that names its nearest neighbour. where: file and
+/// line, or the option.
 void assign(Config& config, const std::string& key, const Value& value, const std::string& where);
 
 }  // namespace nadir::app

@@ -33,7 +33,8 @@ void read_table(const toml::table& table, const std::string& name, Config& confi
     }
     for (const auto& [key, setting] : *keys) {
       const std::string where = place(name, setting.source());
-      assign(config, std::string(room.str()) + '.' + std::string(key.str()), value_of(setting, where), where);
+      assign(config, std::string(room.str()) + '.' + std::string(key.str()),
+             value_of(setting, where), where);
     }
   }
 }
@@ -57,7 +58,8 @@ std::string as_toml(const Value& value) {
 
 void read_config_file(const std::filesystem::path& file, Config& config) {
   std::ifstream stream(file, std::ios::binary);
-  if (!stream) throw InputError(file.string() + ": cannot be read; check the name given to --config");
+  if (!stream)
+    throw InputError(file.string() + ": cannot be read; check the name given to --config");
   std::ostringstream text;
   text << stream.rdbuf();
   read_table(parse(text.str(), file.string()), file.string(), config);
@@ -88,8 +90,8 @@ std::string dump(const Config& config) {
       room = setting.key.substr(0, dot);
       text << '[' << room << "]\n";
     }
-    text << setting.key.substr(dot + 1) << " = " << as_toml(setting.get(config)) << "  # " << setting.meaning
-         << '\n';
+    text << setting.key.substr(dot + 1) << " = " << as_toml(setting.get(config)) << "  # "
+         << setting.meaning << '\n';
   }
   return text.str();
 }

@@ -2,9 +2,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "interrupt.hpp"
 
+#include <pthread.h>
 #include <csignal>
 #include <memory>
-#include <pthread.h>
 
 namespace nadir::app {
 namespace {

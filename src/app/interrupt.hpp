@@ -9,13 +9,15 @@
 
 namespace nadir::app {
 
-/// Made before any other thread, so that all of them inherit the blocked signals and this one alone receives them.
+/// Made before any other thread, so that all of them inherit the blocked signals and this one alone
+/// receives them.
 class Interrupt {
  public:
   Interrupt();
   ~Interrupt();
 
-  /// Called once, on this object's thread, at the first SIGINT or SIGTERM; at once when it has come already.
+  /// Called once, on this object's thread, at the first SIGINT or SIGTERM; at once when it has come
+  /// already.
   void on_interrupt(std::function<void()> action);
   bool received() const { return received_.load(); }
   /// Blocks until the signal comes.

@@ -23,7 +23,8 @@ std::optional<Rate> parse_rate(const std::string& text) {
 }
 
 void add_settings(CLI::App& app, Settings& settings) {
-  app.add_option("--config", settings.file, "TOML file of settings; see --dump-config")->type_name("FILE");
+  app.add_option("--config", settings.file, "TOML file of settings; see --dump-config")
+      ->type_name("FILE");
   app.add_option("--set", settings.assignments, "one setting, over the file's; may be repeated")
       ->type_name("ROOM.KEY=VALUE")
       ->take_all()
@@ -35,18 +36,24 @@ void describe_replay(CLI::App& verb, Replay& replay, std::string& rate) {
   verb.add_option("--out", replay.dive, "dive folder to make; must not exist or be empty")
       ->type_name("DIVE")
       ->required();
-  verb.add_option("--calib", replay.calibration, "camera file, over the folder's calib.yml")->type_name("FILE");
+  verb.add_option("--calib", replay.calibration, "camera file, over the folder's calib.yml")
+      ->type_name("FILE");
   add_settings(verb, replay.settings);
-  auto* serve = verb.add_option("--serve", replay.serve, "show the map at http://ADDRESS, host:port")
-                    ->type_name("ADDRESS");
+  auto* serve =
+      verb.add_option("--serve", replay.serve, "show the map at http://ADDRESS, host:port")
+          ->type_name("ADDRESS");
   verb.add_flag("--no-serve", "no page (the default)")->excludes(serve);
-  verb.add_flag("--keep-serving", replay.keep_serving, "go on serving after the last image, until interrupted")
+  verb.add_flag("--keep-serving", replay.keep_serving,
+                "go on serving after the last image, until interrupted")
       ->needs(serve);
-  verb.add_option("--rate", rate, "images per second, 'recorded' or 'max'; max waits and loses nothing")
+  verb.add_option("--rate", rate,
+                  "images per second, 'recorded' or 'max'; max waits and loses nothing")
       ->type_name("HZ|recorded|max")
       ->default_str("max")
       ->check([](const std::string& text) {
-        return parse_rate(text) ? std::string() : "'" + text + "' is none of: a rate in Hz up to 1000, recorded, max";
+        return parse_rate(text)
+                   ? std::string()
+                   : "'" + text + "' is none of: a rate in Hz up to 1000, recorded, max";
       });
 }
 
@@ -57,9 +64,11 @@ void describe_simulate(CLI::App& verb, Simulate& simulate) {
   verb.add_option("--scene", simulate.scene)
       ->check(CLI::IsMember({"pool", "transect", "reef", "wreck"}))
       ->capture_default_str();
-  verb.add_option("--images", simulate.images, "how many; default by scene")->check(CLI::Range(1, 100000));
+  verb.add_option("--images", simulate.images, "how many; default by scene")
+      ->check(CLI::Range(1, 100000));
   verb.add_flag("--stereo", simulate.stereo, "pairs instead of single images");
-  verb.add_option("--seed", simulate.seed, "the same seed makes the same bytes")->capture_default_str();
+  verb.add_option("--seed", simulate.seed, "the same seed makes the same bytes")
+      ->capture_default_str();
 }
 
 }  // namespace
@@ -78,13 +87,16 @@ Command parse_command_line(int argc, const char* const* argv) {
   add_settings(app, dump.settings);
   auto* replay_verb = app.add_subcommand("replay", "map a folder of images into a dive folder");
   describe_replay(*replay_verb, replay, rate);
-  auto* simulate_verb = app.add_subcommand("simulate", "make a survey folder of a synthetic seabed with exact truth");
+  auto* simulate_verb =
+      app.add_subcommand("simulate", "make a survey folder of a synthetic seabed with exact truth");
   describe_simulate(*simulate_verb, simulate);
-  auto* recover_verb = app.add_subcommand("recover", "make the files of an interrupted dive from its journal");
+  auto* recover_verb =
+      app.add_subcommand("recover", "make the files of an interrupted dive from its journal");
   recover_verb->add_option("DIVE", recover.dive, "dive folder")->required();
   std::string topic;
   auto* help_verb = app.add_subcommand("help", "explain a verb");
-  help_verb->add_option("VERB", topic)->check(CLI::IsMember({"replay", "simulate", "recover", "help"}));
+  help_verb->add_option("VERB", topic)
+      ->check(CLI::IsMember({"replay", "simulate", "recover", "help"}));
   app.require_subcommand(0, 1);
 
   try {

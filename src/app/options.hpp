@@ -48,7 +48,8 @@ struct DumpConfig {
   Settings settings;
 };
 
-/// The line was answered already (help, version) or was wrong: print nothing more, exit with this status.
+/// The line was answered already (help, version) or was wrong: print nothing more, exit with this
+/// status.
 struct Answered {
   int status = 0;
 };

@@ -55,14 +55,18 @@ void Progress::finish() {
 
 void Progress::show(bool now) {
   const Clock::time_point time = Clock::now();
-  if (!now && time - shown_ < (terminal_ ? Clock::duration(kTerminalPeriod) : Clock::duration(kPlainPeriod))) return;
+  if (!now && time - shown_ <
+                  (terminal_ ? Clock::duration(kTerminalPeriod) : Clock::duration(kPlainPeriod)))
+    return;
   shown_ = time;
   const double elapsed = std::chrono::duration<double>(time - begun_).count();
-  std::fprintf(out_, "%s%llu of %zu images, %.1f per second, %s: %llu oriented, %llu lost, %llu planes%s",
+  std::fprintf(out_,
+               "%s%llu of %zu images, %.1f per second, %s: %llu oriented, %llu lost, %llu planes%s",
                terminal_ ? "\r\033[K" : "", static_cast<unsigned long long>(captured_), total_,
-               elapsed > 0 ? static_cast<double>(captured_) / elapsed : 0.0, std::string(to_string(state_)).c_str(),
-               static_cast<unsigned long long>(oriented_), static_cast<unsigned long long>(lost_),
-               static_cast<unsigned long long>(planes_), terminal_ ? "" : "\n");
+               elapsed > 0 ? static_cast<double>(captured_) / elapsed : 0.0,
+               std::string(to_string(state_)).c_str(), static_cast<unsigned long long>(oriented_),
+               static_cast<unsigned long long>(lost_), static_cast<unsigned long long>(planes_),
+               terminal_ ? "" : "\n");
   std::fflush(out_);
 }
 

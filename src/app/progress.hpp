@@ -1,6 +1,7 @@
 // SPDX-FileCopyrightText: nadir contributors
 // SPDX-License-Identifier: Apache-2.0
-// What a person at a terminal sees of a replay: one line that is rewritten, or plain lines in a log.
+// What a person at a terminal sees of a replay: one line that is rewritten, or plain lines in a
+// log.
 #pragma once
 
 #include <chrono>

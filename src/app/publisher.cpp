@@ -21,25 +21,22 @@ wire::MosaicTile encoded(const Tile& tile) {
   cv::Mat bgr, alpha;
   cv::cvtColor(tile.bgra, bgr, cv::COLOR_BGRA2BGR);
   cv::extractChannel(tile.bgra, alpha, 3);
-  wire::MosaicTile record{tile.mosaic, tile.column, tile.row,
-                          image_io::encode_jpeg(bgr, kTileQuality, image_io::Chroma::full), {}};
+  wire::MosaicTile record{tile.mosaic,
+                          tile.column,
+                          tile.row,
+                          image_io::encode_jpeg(bgr, kTileQuality, image_io::Chroma::full),
+                          {}};
   if (cv::countNonZero(alpha < 255) > 0) record.mask_png = image_io::encode_png(alpha);
   return record;
 }
 
 wire::CameraInfo camera_info(const CameraModel& camera) {
-  return {static_cast<std::uint32_t>(camera.width), static_cast<std::uint32_t>(camera.height),
-          camera.fx, camera.fy, camera.cx, camera.cy};
-}
-
-wire::SurveyAxes on_wire(reference::SurveyAxes axes) {
-  switch (axes) {
-    case reference::SurveyAxes::attitude: return wire::SurveyAxes::attitude;
-    case reference::SurveyAxes::first_plane: return wire::SurveyAxes::first_plane;
-    case reference::SurveyAxes::first_camera:
-    case reference::SurveyAxes::none: break;
-  }
-  return wire::SurveyAxes::none;
+  return {static_cast<std::uint32_t>(camera.width),
+          static_cast<std::uint32_t>(camera.height),
+          camera.fx,
+          camera.fy,
+          camera.cx,
+          camera.cy};
 }
 
 }  // namespace
@@ -62,7 +59,7 @@ void Publisher::send_state() {
   send(serve::Lane::state, state_);
 }
 
-void Publisher::publish(const Orientation& orientation, reference::SurveyAxes axes) {
+void Publisher::publish(const Orientation& orientation) {
   if (const Shot* shot = orientation.shot.get()) {
     state_.captured = shot->image + 1;
     state_.dropped += shot->dropped_before + (shot->frame ? 0 : 1);
@@ -81,10 +78,10 @@ void Publisher::publish(const Orientation& orientation, reference::SurveyAxes ax
       send(serve::Lane::data, block);
     }
     state_.scale = orientation.window->scale;
+    state_.axes = orientation.window->axes;
     ++state_.windows;
   }
   state_.tracking = orientation.state;
-  state_.axes = on_wire(axes);
   state_.submap = orientation.submap;
   state_.oriented = oriented_.size();
   state_.lost += orientation.lost.size();
@@ -115,7 +112,8 @@ void Publisher::publish(const Cloud& cloud) {
   for (const Alert& alert : cloud.alerts) publish(alert);
   if (!cloud.grid) return;
   send(serve::Lane::data, wire::plane_grid(*cloud.grid));
-  send(serve::Lane::data, wire::PlaneColour{cloud.grid->image, image_io::encode_jpeg(cloud.grid->bgr, kGridQuality)});
+  send(serve::Lane::data,
+       wire::PlaneColour{cloud.grid->image, image_io::encode_jpeg(cloud.grid->bgr, kGridQuality)});
   ++state_.planes;
   send_state();
 }

@@ -10,7 +10,6 @@
 
 #include "nadir/core/cloud.hpp"
 #include "nadir/core/tile.hpp"
-#include "nadir/reference/survey_frame.hpp"
 #include "nadir/serve/web_server.hpp"
 #include "nadir/wire/records.hpp"
 #include "nadir/wire/tie_point_blocks.hpp"
@@ -23,7 +22,7 @@ class Publisher {
   /// images_total 0: unknown. The server must outlive this.
   Publisher(serve::WebServer& server, std::string input, std::uint64_t images_total);
 
-  void publish(const Orientation& orientation, reference::SurveyAxes axes);
+  void publish(const Orientation& orientation);
   void publish(const Surface& surface);
   void publish(const Cloud& cloud);
   void publish(const MosaicUpdate& mosaic);
