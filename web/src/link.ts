@@ -1,29 +1,29 @@
 // SPDX-FileCopyrightText: nadir contributors
 // SPDX-License-Identifier: Apache-2.0
 import { decode } from "./wire/decode";
-import { HEADER_SIZE, VERSION, type WireRecord } from "./wire/records";
+import { HEADER_SIZE, VERSION, type DiveRecord } from "./wire/records";
 
 export type LinkState = "connecting" | "live" | "lost";
 
 export interface LinkEvents {
-  record(record: WireRecord): void;
+  record(record: DiveRecord): void;
   /** The server is another run of itself: everything known is void. */
   newFeed(): void;
   state(state: LinkState): void;
 }
-
-/** What lasts between two connections: the records a later one need not send again. */
-const SCENE = new Set(["camera", "pose", "tie_points", "plane_grid", "plane_colour", "mosaic", "mosaic_tile"]);
 
 const FIRST_RETRY_MS = 500;
 const LAST_RETRY_MS = 5000;
 
 /** Keeps one connection to the server, come what may, and resumes where the last one broke off. */
 export class Link {
+  /** This connection has brought all the server had when it began; what comes now is news. */
+  isCurrent = false;
   /** Messages that were no record of ours. */
   ignored = 0;
   private feed = 0n;
-  private newest = 0;
+  /** Everything of the feed up to this sequence is here. */
+  private complete = 0n;
   private socket: WebSocket | null = null;
   private retryMs = FIRST_RETRY_MS;
   private timer: ReturnType<typeof setTimeout> | undefined;
@@ -36,12 +36,13 @@ export class Link {
 
   connect(): void {
     clearTimeout(this.timer);
+    this.isCurrent = false;
     this.events.state("connecting");
     const socket = this.open(this.address);
     this.socket = socket;
     socket.binaryType = "arraybuffer";
     socket.onopen = () => {
-      socket.send(hello(this.feed, this.newest));
+      socket.send(hello(this.feed, this.complete));
     };
     socket.onmessage = (message: MessageEvent<unknown>) => {
       this.receive(message.data);
@@ -73,16 +74,18 @@ export class Link {
     }
     if (record.type === "welcome") {
       this.greet(record.feed);
-      return;
+    } else if (record.type === "caught_up") {
+      this.complete = record.upTo;
+      this.isCurrent = true;
+    } else {
+      this.events.record(record);
     }
-    if (SCENE.has(record.type)) this.newest = Math.max(this.newest, record.sequence);
-    this.events.record(record);
   }
 
   private greet(feed: bigint): void {
     if (feed !== this.feed) {
       this.feed = feed;
-      this.newest = 0;
+      this.complete = 0n;
       this.events.newFeed();
     }
     this.retryMs = FIRST_RETRY_MS;
@@ -90,11 +93,11 @@ export class Link {
   }
 }
 
-function hello(feed: bigint, newest: number): ArrayBuffer {
+function hello(feed: bigint, complete: bigint): ArrayBuffer {
   const message = new DataView(new ArrayBuffer(HEADER_SIZE + 16));
   message.setUint8(0, 1);
   message.setUint8(1, VERSION);
   message.setBigUint64(HEADER_SIZE, feed, true);
-  message.setBigUint64(HEADER_SIZE + 8, BigInt(newest), true);
+  message.setBigUint64(HEADER_SIZE + 8, complete, true);
   return message.buffer;
 }

@@ -9,6 +9,7 @@ import {
   type Alert,
   type Body,
   type CameraInfo,
+  type CaughtUp,
   type LiveImage,
   type Mosaic,
   type MosaicTile,
@@ -50,12 +51,17 @@ const BODIES: Partial<Record<number, (from: Reader) => Body>> = {
   11: mosaicTile,
   12: liveImage,
   13: statistics,
+  14: caughtUp,
 };
 
 // Members of an object literal are evaluated in their order, which here is the order on the wire.
 
 function welcome(from: Reader): Welcome {
   return { type: "welcome", feed: from.u64(), newest: from.count() };
+}
+
+function caughtUp(from: Reader): CaughtUp {
+  return { type: "caught_up", upTo: from.u64(), evicted: from.count() };
 }
 
 function state(from: Reader): State {

@@ -22,6 +22,13 @@ export interface Welcome {
   newest: number;
 }
 
+export interface CaughtUp {
+  type: "caught_up";
+  /** The sequence up to which this viewer has everything. */
+  upTo: bigint;
+  evicted: number;
+}
+
 export interface State {
   type: "state";
   tracking: Tracking;
@@ -154,8 +161,8 @@ export interface Statistics {
   stages: StageStats[];
 }
 
-export type Body =
-  | Welcome
+/** What a dive consists of, as against the conversation about it. */
+export type DiveBody =
   | State
   | Alert
   | CameraInfo
@@ -168,4 +175,8 @@ export type Body =
   | LiveImage
   | Statistics;
 
-export type WireRecord = Body & { sequence: number };
+export type Body = Welcome | CaughtUp | DiveBody;
+
+type Numbered<T> = T extends unknown ? T & { sequence: number } : never;
+export type DiveRecord = Numbered<DiveBody>;
+export type WireRecord = Numbered<Body>;
