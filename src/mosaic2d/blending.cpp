@@ -10,6 +10,7 @@ namespace nadir::mosaic2d {
 namespace {
 
 constexpr float kFeather = 16;  // px: half the width over which two images pass into each other
+constexpr int kFarInside = 32;  // px: borders farther than the whole width do not matter
 
 // Signed distance of a pixel to the line half way between two image centres, positive on the side
 // of the newer. It is linear along a row.
@@ -40,6 +41,41 @@ int share(float bisector, int newer_border, int older_border) {
   return static_cast<int>((x + kFeather) * (128 / kFeather));
 }
 
+// min(value, neighbour + step) along a row, for all pixels at once.
+void approach(std::uint8_t* values, const std::uint8_t* neighbours, int step, int count) {
+  for (int i = 0; i < count; ++i) {
+    const auto far = static_cast<std::uint8_t>(neighbours[i] + step);
+    values[i] = values[i] < far ? values[i] : far;
+  }
+}
+
+// The distance along a row by doubling: neighbours at 1, 2, 4, ... px on either side.
+void along_row(std::uint8_t* row, std::vector<std::uint8_t>& padded, int count) {
+  for (int step = 1; step < kFarInside; step *= 2) {
+    std::fill(padded.begin(), padded.end(), std::uint8_t{0});
+    std::copy(row, row + count, padded.begin() + step);
+    approach(row, padded.data(), step, count);
+    approach(row, padded.data() + 2 * step, step, count);
+  }
+}
+
+// From alpha, in place.
+void to_border_distance(cv::Mat& mask) {
+  const int count = mask.cols, rows = mask.rows;
+  cv::min(mask, kFarInside, mask);
+  std::vector<std::uint8_t> padded(static_cast<std::size_t>(count + 2 * kFarInside));
+  const std::vector<std::uint8_t> outside(static_cast<std::size_t>(count), 0);
+  for (int row = 0; row < rows; ++row) along_row(mask.ptr<std::uint8_t>(row), padded, count);
+  for (int row = 0; row < rows; ++row) {
+    const auto* above = row > 0 ? mask.ptr<std::uint8_t>(row - 1) : outside.data();
+    approach(mask.ptr<std::uint8_t>(row), above, 1, count);
+  }
+  for (int row = rows - 1; row >= 0; --row) {
+    const auto* below = row + 1 < rows ? mask.ptr<std::uint8_t>(row + 1) : outside.data();
+    approach(mask.ptr<std::uint8_t>(row), below, 1, count);
+  }
+}
+
 std::uint8_t mix(int older, int newer, int share) {
   return static_cast<std::uint8_t>((older * (256 - share) + newer * share + 128) >> 8);
 }
@@ -51,31 +87,15 @@ cv::Vec4b mix(const cv::Vec4b& older, const cv::Vec4b& newer, int share) {
 
 }  // namespace
 
-std::optional<cv::Point2d> alpha_centre(const cv::Mat& bgra) {
-  std::int64_t count = 0, columns = 0, rows = 0;
-  for (int row = 0; row < bgra.rows; ++row) {
-    const auto* pixels = bgra.ptr<cv::Vec4b>(row);
-    std::int64_t in_row = 0, sum = 0;
-    for (int column = 0; column < bgra.cols; ++column) {
-      const int seen = pixels[column][3] != 0;
-      in_row += seen;
-      sum += seen * column;
-    }
-    count += in_row;
-    columns += sum;
-    rows += in_row * row;
+Outline outline(const cv::Mat& bgra) {
+  Outline outline;
+  cv::extractChannel(bgra, outline.border, 3);
+  const cv::Moments moments = cv::moments(outline.border, true);
+  if (moments.m00 > 0) {
+    outline.centre = cv::Point2d(moments.m10 / moments.m00, moments.m01 / moments.m00);
   }
-  if (count == 0) return std::nullopt;
-  const auto n = static_cast<double>(count);
-  return cv::Point2d(static_cast<double>(columns) / n, static_cast<double>(rows) / n);
-}
-
-cv::Mat border_distance(const cv::Mat& bgra) {
-  cv::Mat mask = cv::Mat::zeros(bgra.rows + 2, bgra.cols + 2, CV_8UC1), distance;
-  cv::Mat inner = mask(cv::Rect({1, 1}, bgra.size()));
-  cv::extractChannel(bgra, inner, 3);
-  cv::distanceTransform(mask, distance, cv::DIST_L1, cv::DIST_MASK_3, CV_8U);
-  return distance(cv::Rect({1, 1}, bgra.size()));
+  to_border_distance(outline.border);
+  return outline;
 }
 
 bool blend_patch(const Patch& from, Ground onto, cv::Point origin,
@@ -133,7 +153,7 @@ cv::Vec3d Overlap::gain() const {
   for (std::size_t channel = 0; channel < 3; ++channel) {
     const double ratio = static_cast<double>(mosaic_[channel] + count_) /
                          static_cast<double>(image_[channel] + count_);
-    gain[static_cast<int>(channel)] = std::clamp(ratio, 0.5, 2.0);
+    gain[static_cast<int>(channel)] = std::clamp(ratio, 0.5, 1.99);
   }
   return gain;
 }

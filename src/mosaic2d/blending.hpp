@@ -10,12 +10,13 @@
 
 namespace nadir::mosaic2d {
 
-/// Mean position of the pixels with alpha, px; none when there are none.
-std::optional<cv::Point2d> alpha_centre(const cv::Mat& bgra);
-
-/// CV_8UC1: city-block distance to the nearest pixel without alpha or outside the image, px,
-/// saturated at 255.
-cv::Mat border_distance(const cv::Mat& bgra);
+/// What decides the seams of an image, from its alpha channel alone.
+struct Outline {
+  std::optional<cv::Point2d> centre;  ///< mean position of the pixels with alpha; none without any
+  cv::Mat border;  ///< CV_8UC1: city-block distance to the nearest pixel without alpha or outside
+                   ///< the image, px, saturated at 32
+};
+Outline outline(const cv::Mat& bgra);
 
 /// The part of a new image over a tile.
 struct Patch {

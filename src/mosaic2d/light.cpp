@@ -6,6 +6,7 @@
 #include <cmath>
 #include <opencv2/core.hpp>
 #include <opencv2/imgproc.hpp>
+#include <vector>
 
 namespace nadir::mosaic2d {
 namespace {
@@ -22,6 +23,15 @@ cv::Size cells(cv::Size image) {
 
 // Early on every image changes the mean, later few do.
 bool worth_updating(int images) { return images <= 16 || images % 8 == 0; }
+
+// The middle of a grey level times the gain, in the 16-bit products compilers vectorise.
+void scale(const std::uint8_t* in, const std::uint16_t* gain, std::uint8_t* out, int count) {
+  for (int i = 0; i < count; ++i) {
+    const auto middle = static_cast<std::uint16_t>((in[i] << 8) + 128);
+    const auto value = static_cast<std::uint16_t>((std::uint32_t{middle} * gain[i]) >> 16);
+    out[i] = static_cast<std::uint8_t>(value < 255 ? value : 255);
+  }
+}
 
 cv::Mat gain_of(const cv::Mat& mean_log, cv::Size size) {
   cv::Mat smooth, fine;
@@ -60,25 +70,24 @@ cv::Mat LampPattern::flatten(const cv::Mat& bgr) {
   learn(bgr);
   cv::Mat flat(bgr.size(), CV_8UC3);
   for (int row = 0; row < bgr.rows; ++row) {
-    const auto* in = bgr.ptr<std::uint8_t>(row);
-    const auto* gain = gain_.ptr<std::uint16_t>(row);
-    auto* out = flat.ptr<std::uint8_t>(row);
-    for (int i = 0; i < 3 * bgr.cols; ++i) {
-      const unsigned value = (in[i] * static_cast<unsigned>(gain[i]) + 128u) >> kUnitBits;
-      out[i] = static_cast<std::uint8_t>(std::min(value, 255u));
-    }
+    scale(bgr.ptr<std::uint8_t>(row), gain_.ptr<std::uint16_t>(row), flat.ptr<std::uint8_t>(row),
+          3 * bgr.cols);
   }
   return flat;
 }
 
 void apply_gain(cv::Mat& bgra, const cv::Vec3d& gain) {
-  cv::Mat table(1, 256, CV_8UC4);
-  for (int level = 0; level < 256; ++level) {
-    auto& entry = table.at<cv::Vec4b>(level);
-    for (int c = 0; c < 3; ++c) entry[c] = cv::saturate_cast<std::uint8_t>(level * gain[c]);
-    entry[3] = static_cast<std::uint8_t>(level);
+  constexpr double kUnit = 1 << kUnitBits;
+  std::vector<std::uint16_t> factors(static_cast<std::size_t>(4 * bgra.cols), 1 << kUnitBits);
+  for (std::size_t i = 0; i < factors.size(); ++i) {
+    if (i % 4 == 3) continue;
+    const double factor = std::round(gain[static_cast<int>(i % 4)] * kUnit);
+    factors[i] = static_cast<std::uint16_t>(std::clamp(factor, 0.0, 2 * kUnit - 1));  // 0 stays 0
   }
-  cv::LUT(bgra, table, bgra);
+  for (int row = 0; row < bgra.rows; ++row) {
+    auto* values = bgra.ptr<std::uint8_t>(row);
+    scale(values, factors.data(), values, 4 * bgra.cols);
+  }
 }
 
 }  // namespace nadir::mosaic2d

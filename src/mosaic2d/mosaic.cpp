@@ -44,17 +44,16 @@ cv::Point Mosaic::origin_of(const ProjectedImage& image) const {
 std::vector<std::shared_ptr<const Tile>> Mosaic::add(const ProjectedImage& image) {
   std::vector<std::shared_ptr<const Tile>> changed;
   const cv::Point origin = origin_of(image);
-  const std::optional<cv::Point2d> centre = alpha_centre(image.bgra);
-  if (!centre) return changed;
-  centres_.push_back(*centre + cv::Point2d(origin));
-  const cv::Mat border = border_distance(image.bgra);
+  const Outline seen = outline(image.bgra);
+  if (!seen.centre) return changed;
+  centres_.push_back(*seen.centre + cv::Point2d(origin));
   for (int row = tile_of(origin.y); row <= tile_of(origin.y + image.bgra.rows - 1); ++row) {
     for (int column = tile_of(origin.x); column <= tile_of(origin.x + image.bgra.cols - 1);
          ++column) {
       const Index index{row, column};
       const auto known = cells_.find(index);
       Cell cell = known == cells_.end() ? Cell{} : known->second;
-      if (!blend(image, border, origin, index, cell)) continue;
+      if (!blend(image, seen.border, origin, index, cell)) continue;
       changed.push_back(cell.tile);
       cells_.insert_or_assign(index, std::move(cell));
     }

@@ -48,112 +48,147 @@ class ImageFromRaster {
   Matrix3d camera_from_raster_;
 };
 
-// cv::remap's fixed-point map: whole pixels and an index of 1/32 px fractions.
-struct FixedMap {
-  cv::Mat pixels, fractions;
-  explicit FixedMap(cv::Size size) : pixels(size, CV_16SC2), fractions(size, CV_16UC1) {}
-};
-
-constexpr int kFractionBits = cv::INTER_BITS;
-constexpr int kFractions = cv::INTER_TAB_SIZE;
-constexpr double kOutside = -2;  // px: no weight of an image's pixel reaches so far
-
-void set(cv::Vec2s& pixel, std::uint16_t& fraction, int x, int y) {
-  pixel = {static_cast<short>(x >> kFractionBits), static_cast<short>(y >> kFractionBits)};
-  fraction =
-      static_cast<std::uint16_t>((y & (kFractions - 1)) * kFractions + (x & (kFractions - 1)));
-}
-
-int fixed(double px, int most) {
-  return static_cast<int>(std::lround(std::clamp(px, kOutside, most + 1.0) * kFractions));
-}
-
-struct Lattice {
-  int columns, rows;  ///< of nodes
-  std::vector<std::optional<Vector2d>> nodes;
-
-  Lattice(const ImageFromRaster& image_from_raster, cv::Size size)
-      : columns((size.width - 1) / kLattice + 2), rows((size.height - 1) / kLattice + 2) {
-    nodes.reserve(static_cast<std::size_t>(columns * rows));
-    for (int j = 0; j < rows; ++j) {
-      for (int i = 0; i < columns; ++i) {
-        nodes.push_back(image_from_raster(i * kLattice, j * kLattice));
-      }
-    }
-  }
-  const std::optional<Vector2d>& at(int i, int j) const {
-    return nodes[static_cast<std::size_t>(j * columns + i)];
-  }
-};
-
-struct Filler {
-  const ImageFromRaster& image_from_raster;
-  cv::Size image;
-  FixedMap& map;
-
-  void point(int column, int row, const Vector2d& p) {
-    set(map.pixels.at<cv::Vec2s>(row, column), map.fractions.at<std::uint16_t>(row, column),
-        fixed(p.x(), image.width), fixed(p.y(), image.height));
-  }
-  // At the edge of the lens model or of the range a cell has no four corners: pixel by pixel.
-  void exactly(const cv::Rect& cell) {
-    for (int row = cell.y; row < cell.y + cell.height; ++row) {
-      for (int column = cell.x; column < cell.x + cell.width; ++column) {
-        point(column, row, image_from_raster(column, row).value_or(Vector2d::Constant(kOutside)));
-      }
-    }
-  }
-  void bilinearly(const cv::Rect& cell, const Vector2d (&corner)[4]) {
-    const double u_most = image.width + 1.0, v_most = image.height + 1.0;
-    for (int j = 0; j < cell.height; ++j) {
-      const double down = static_cast<double>(j) / kLattice;
-      const Vector2d left = corner[0] + down * (corner[2] - corner[0]);
-      const Vector2d right = corner[1] + down * (corner[3] - corner[1]);
-      const Vector2d step = (right - left) * (kFractions / static_cast<double>(kLattice));
-      const Vector2d start = left * kFractions + Vector2d::Constant(0.5);
-      auto* pixels = map.pixels.ptr<cv::Vec2s>(cell.y + j) + cell.x;
-      auto* fractions = map.fractions.ptr<std::uint16_t>(cell.y + j) + cell.x;
-      for (int i = 0; i < cell.width; ++i) {
-        const double u =
-            std::clamp(start.x() + i * step.x(), kOutside * kFractions, u_most * kFractions);
-        const double v =
-            std::clamp(start.y() + i * step.y(), kOutside * kFractions, v_most * kFractions);
-        // Above -2 px a shift keeps the truncation a floor.
-        set(pixels[i], fractions[i], static_cast<int>(u + 64) - 64, static_cast<int>(v + 64) - 64);
-      }
-    }
-  }
-};
-
-FixedMap fixed_map(const ImageFromRaster& image_from_raster, cv::Size size, cv::Size image) {
-  FixedMap map(size);
-  Filler fill{image_from_raster, image, map};
-  const Lattice lattice(image_from_raster, size);
-  for (int j = 0; j + 1 < lattice.rows; ++j) {
-    for (int i = 0; i + 1 < lattice.columns; ++i) {
-      const cv::Rect cell =
-          cv::Rect(i * kLattice, j * kLattice, kLattice, kLattice) & cv::Rect({0, 0}, size);
-      const auto &a = lattice.at(i, j), &b = lattice.at(i + 1, j), &c = lattice.at(i, j + 1),
-                 &d = lattice.at(i + 1, j + 1);
-      if (a && b && c && d) {
-        fill.bilinearly(cell, {*a, *b, *c, *d});
-      } else {
-        fill.exactly(cell);
-      }
-    }
-  }
-  return map;
-}
+constexpr int kOutside = -2;  // px: bilinear weights of the image do not reach so far
 
 // Border pixels are mixed with the nothing outside; what is not wholly image is dropped.
 void keep_opaque(cv::Mat& bgra) {
   for (int row = 0; row < bgra.rows; ++row) {
     auto* pixels = bgra.ptr<cv::Vec4b>(row);
     for (int column = 0; column < bgra.cols; ++column) {
-      if (pixels[column][3] != 255) pixels[column] = cv::Vec4b::all(0);
+      if (pixels[column][3] != 255) pixels[column] = {};
     }
   }
 }
+
+// Row by row of lattice cells: their part of cv::remap's fixed-point map, whole pixels and an index
+// of 1/32 px fractions, then the pixels themselves. Cells that do not touch the image stay empty.
+class Warp {
+ public:
+  Warp(const cv::Mat& image, const ImageFromRaster& image_from_raster, cv::Mat& raster)
+      : image_(image),
+        image_from_raster_(image_from_raster),
+        raster_(raster),
+        columns_((raster.cols - 1) / kLattice + 2),
+        pixels_(kLattice, raster.cols, CV_16SC2),
+        fractions_(kLattice, raster.cols, CV_16UC1) {}
+
+  void run() {
+    Nodes upper = nodes(0);
+    for (int top = 0; top < raster_.rows; top += kLattice) {
+      Nodes lower = nodes(top + kLattice);
+      strip(top, upper, lower);
+      upper = std::move(lower);
+    }
+  }
+
+ private:
+  using Nodes = std::vector<std::optional<Vector2d>>;
+  struct Corners {
+    const std::optional<Vector2d>&a, &b, &c, &d;  ///< top left, top right, bottom left and right
+  };
+  static constexpr int kScaleBits = 10;  // of the fixed point along a row, beyond 1/32 px
+
+  Nodes nodes(int row) const {
+    Nodes nodes(static_cast<std::size_t>(columns_));
+    for (int i = 0; i < columns_; ++i) {
+      nodes[static_cast<std::size_t>(i)] = image_from_raster_(i * kLattice, row);
+    }
+    return nodes;
+  }
+
+  // Between its corners a cell is bent by less than a pixel, so corners beyond one side mean that
+  // all of it is. Where the lens model or the range ends there is no telling.
+  bool touches_image(const Corners& k) const {
+    if (!k.a && !k.b && !k.c && !k.d) return false;
+    if (!k.a || !k.b || !k.c || !k.d) return true;
+    const Vector2d least = k.a->cwiseMin(*k.b).cwiseMin(k.c->cwiseMin(*k.d));
+    const Vector2d most = k.a->cwiseMax(*k.b).cwiseMax(k.c->cwiseMax(*k.d));
+    return most.x() > -2 && most.y() > -2 && least.x() < image_.cols + 1 &&
+           least.y() < image_.rows + 1;
+  }
+
+  bool is_smooth(const Corners& k) const {
+    constexpr double kFarthest = 16000;  // px: room in the fixed point and in a short
+    const auto fits = [](const std::optional<Vector2d>& p) {
+      return p && p->cwiseAbs().maxCoeff() < kFarthest;
+    };
+    return fits(k.a) && fits(k.b) && fits(k.c) && fits(k.d);
+  }
+
+  void strip(int top, const Nodes& upper, const Nodes& lower) {
+    const int rows = std::min(kLattice, raster_.rows - top);
+    int first = raster_.cols, end = 0;
+    for (int i = 0; i + 1 < columns_; ++i) {
+      const auto n = static_cast<std::size_t>(i);
+      const Corners corners{upper[n], upper[n + 1], lower[n], lower[n + 1]};
+      if (!touches_image(corners)) {
+        if (end > 0) fill_outside(i);
+        continue;
+      }
+      first = std::min(first, i * kLattice);
+      end = std::min((i + 1) * kLattice, raster_.cols);
+      is_smooth(corners) ? fill_smooth(i, rows, corners) : fill_exactly(i, top, rows);
+    }
+    if (end > 0) resample(cv::Rect(first, top, end - first, rows));
+  }
+
+  void set(int row, int column, int x, int y) {
+    constexpr int kMask = cv::INTER_TAB_SIZE - 1;
+    pixels_.ptr<cv::Vec2s>(row)[column] = {static_cast<short>(x >> cv::INTER_BITS),
+                                           static_cast<short>(y >> cv::INTER_BITS)};
+    fractions_.ptr<std::uint16_t>(row)[column] =
+        static_cast<std::uint16_t>((y & kMask) * cv::INTER_TAB_SIZE + (x & kMask));
+  }
+
+  void fill_outside(int cell) {
+    const cv::Rect area =
+        cv::Rect(cell * kLattice, 0, kLattice, kLattice) & cv::Rect({0, 0}, pixels_.size());
+    pixels_(area).setTo(cv::Scalar::all(kOutside));
+    fractions_(area).setTo(0);
+  }
+
+  void fill_exactly(int cell, int top, int rows) {
+    const int end = std::min((cell + 1) * kLattice, raster_.cols);
+    const Vector2d most(image_.cols + 1, image_.rows + 1);
+    for (int j = 0; j < rows; ++j) {
+      for (int column = cell * kLattice; column < end; ++column) {
+        Vector2d p = image_from_raster_(column, top + j).value_or(Vector2d::Constant(kOutside));
+        p = p.cwiseMax(kOutside).cwiseMin(most) * cv::INTER_TAB_SIZE;
+        set(j, column, static_cast<int>(std::lround(p.x())), static_cast<int>(std::lround(p.y())));
+      }
+    }
+  }
+
+  void fill_smooth(int cell, int rows, const Corners& k) {
+    constexpr double kScale = cv::INTER_TAB_SIZE << kScaleBits;
+    constexpr int kHalf = 1 << (kScaleBits - 1);
+    const int left = cell * kLattice, width = std::min(kLattice, raster_.cols - left);
+    for (int j = 0; j < rows; ++j) {
+      const double down = static_cast<double>(j) / kLattice;
+      const Vector2d from = *k.a + down * (*k.c - *k.a), to = *k.b + down * (*k.d - *k.b);
+      const Eigen::Vector2i start = (from * kScale).cast<int>() + Eigen::Vector2i::Constant(kHalf);
+      const Eigen::Vector2i step = ((to - from) * (kScale / kLattice)).cast<int>();
+      for (int i = 0; i < width; ++i) {
+        set(j, left + i, (start.x() + i * step.x()) >> kScaleBits,
+            (start.y() + i * step.y()) >> kScaleBits);
+      }
+    }
+  }
+
+  void resample(const cv::Rect& area) {
+    const cv::Rect local(area.x, 0, area.width, area.height);
+    cv::Mat pixels = raster_(area);
+    cv::remap(image_, pixels, pixels_(local), fractions_(local), cv::INTER_LINEAR,
+              cv::BORDER_CONSTANT);
+    keep_opaque(pixels);
+  }
+
+  const cv::Mat& image_;
+  const ImageFromRaster& image_from_raster_;
+  cv::Mat& raster_;
+  int columns_;                 ///< of nodes
+  cv::Mat pixels_, fractions_;  ///< of one row of cells
+};
 
 // The largest of 1, 2, 4 that leaves the image no coarser than the raster.
 int reduction(const View& view, const MosaicGrid& grid) {
@@ -233,11 +268,9 @@ ProjectedImage project_image(const cv::Mat& bgr, const View& view, const MosaicG
   const cv::Mat source = reduced(bgr, divisor);
   cv::Mat opaque;
   cv::cvtColor(source, opaque, cv::COLOR_BGR2BGRA);
-  const FixedMap map =
-      fixed_map(ImageFromRaster(seen, projected.world), raster.size(), source.size());
-  cv::remap(opaque, projected.bgra, map.pixels, map.fractions, cv::INTER_LINEAR,
-            cv::BORDER_CONSTANT);
-  keep_opaque(projected.bgra);
+  projected.bgra = cv::Mat::zeros(raster.size(), CV_8UC4);
+  const ImageFromRaster image_from_raster(seen, projected.world);
+  Warp(opaque, image_from_raster, projected.bgra).run();
   return projected;
 }
 

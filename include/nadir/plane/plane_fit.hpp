@@ -17,7 +17,7 @@ struct Config {
   int min_images = 2;              ///< a tie point counts when seen in at least so many images
   double max_reprojection_px = 3;  ///< and reprojected with at most this RMS
   double inlier_distance = 0.05;   ///< of the viewing distance
-  double min_inlier_ratio = 0.5;   ///< below it the seabed is not planar
+  double min_inlier_ratio = 0.4;   ///< below it the seabed is not planar
   double max_tilt_deg = 70;        ///< between the plane's normal and the central optical axis
   int max_iterations = 1000;       ///< RANSAC samples at most
 
