@@ -54,7 +54,8 @@ std::string npy(const cv::Mat& array) {
   file.push_back('\0');
   file += little_endian(static_cast<std::uint16_t>(header.size())) + header;
   const cv::Mat packed = array.isContinuous() ? array : array.clone();
-  return file.append(reinterpret_cast<const char*>(packed.data), packed.total() * packed.elemSize());
+  return file.append(reinterpret_cast<const char*>(packed.data),
+                     packed.total() * packed.elemSize());
 }
 
 }  // namespace
@@ -69,9 +70,8 @@ std::string npz(const std::vector<std::pair<std::string, cv::Mat>>& arrays) {
   for (const auto& [name, array] : arrays) {
     const std::string data = npy(array), entry = name + ".npy";
     const u32 size = static_cast<u32>(data.size()), offset = static_cast<u32>(file.size());
-    const std::string common =
-        little_endian(kVersion, kFlags, kStored, kTime, kDate, crc32(data), size, size,
-                      static_cast<u16>(entry.size()), u16{0});
+    const std::string common = little_endian(kVersion, kFlags, kStored, kTime, kDate, crc32(data),
+                                             size, size, static_cast<u16>(entry.size()), u16{0});
     file += kLocalHeader + common + entry + data;
     directory += kCentralHeader + little_endian(kVersion) + common +
                  little_endian(u16{0}, u16{0}, u16{0}, u32{0}, offset) + entry;

@@ -25,15 +25,13 @@ Rigid3 survey_from_local(const Profile& profile) {
 }
 
 Rigid3 Motion::local_from_camera(const Profile& profile) const {
-  const Eigen::Quaterniond survey_from_camera = Eigen::Quaterniond(kSurveyFromNed) *
-                                                attitude.ned_from_body() *
-                                                CameraRig{}.body_from_camera;
+  const Eigen::Quaterniond survey_from_camera =
+      Eigen::Quaterniond(kSurveyFromNed) * attitude.ned_from_body() * CameraRig{}.body_from_camera;
   return {(survey_from_local(profile).rotation.conjugate() * survey_from_camera).normalized(),
           x_in_local};
 }
 
-Path::Path(const Profile& profile, std::uint64_t seed,
-           std::function<double(double, double)> ground)
+Path::Path(const Profile& profile, std::uint64_t seed, std::function<double(double, double)> ground)
     : profile_(profile), seed_(hash(seed, 'p')), ground_(std::move(ground)) {}
 
 // Three incommensurate sines of random phase, in [-1, 1]; fastest: shortest period, s.
@@ -72,10 +70,10 @@ Motion Path::at(double seconds) const {
   const double z = ground_(xy.x(), xy.y()) + p.altitude + p.heave * swing(seconds, kHeave, 9);
   Motion motion;
   motion.x_in_local = {xy.x(), xy.y(), z};
-  motion.attitude = {p.wobble * swing(seconds, kRoll, 4.1), p.wobble * swing(seconds, kPitch, 5.3),
-                     std::remainder(p.azimuth + course.heading +
-                                        1.5 * p.wobble * swing(seconds, kHeading, 7.9),
-                                    2 * pi)};
+  motion.attitude = {
+      p.wobble * swing(seconds, kRoll, 4.1), p.wobble * swing(seconds, kPitch, 5.3),
+      std::remainder(p.azimuth + course.heading + 1.5 * p.wobble * swing(seconds, kHeading, 7.9),
+                     2 * pi)};
   return motion;
 }
 

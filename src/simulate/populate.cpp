@@ -24,8 +24,8 @@ struct Box {
 // What the camera can see from the path, with a margin.
 Box seen_from(const Profile& profile, const Path& path, int images) {
   const CameraModel& camera = profile.camera;
-  const double reach = 1.35 * profile.altitude * std::hypot(camera.width, camera.height) / 2 /
-                       camera.fx;
+  const double reach =
+      1.35 * profile.altitude * std::hypot(camera.width, camera.height) / 2 / camera.fx;
   Box box{Vector2d::Constant(1e9), Vector2d::Constant(-1e9)};
   const double end = path.seconds(images - 1);
   for (double t = 0; t <= end + profile.interval / 4; t += profile.interval / 4) {
@@ -59,8 +59,8 @@ Relief raise(const Profile& profile, std::uint32_t seed, const Box& box) {
     for (int column = 0; column < columns; ++column) {
       double z = 0;
       for (std::size_t i = 0; i < profile.relief.size(); ++i) {
-        z += octave(profile.relief[i], static_cast<int>(i), seed,
-                    relief.x0 + column * relief.cell, relief.y0 + row * relief.cell);
+        z += octave(profile.relief[i], static_cast<int>(i), seed, relief.x0 + column * relief.cell,
+                    relief.y0 + row * relief.cell);
       }
       relief.height(row, column) = static_cast<float>(z);
     }
@@ -223,9 +223,9 @@ void corals(Layout& layout, double density) {
 // Body, neck, lip and two handles of a transport amphora lying on its side.
 void amphora(Layout& layout, Scene& scene, const Vector2d& place, double length) {
   const double girth = 0.26 * length, angle = layout.yaw();
-  const Quaterniond lying = about_z(angle) *
-                            Quaterniond(AngleAxisd(layout.random().uniform(-0.12, 0.12),
-                                                   Vector3d::UnitY()));
+  const Quaterniond lying =
+      about_z(angle) *
+      Quaterniond(AngleAxisd(layout.random().uniform(-0.12, 0.12), Vector3d::UnitY()));
   const double z = scene.relief.z(place.x(), place.y()) + 0.45 * girth;
   const std::uint32_t seed = layout.seed();
   const auto part = [&](const Vector3d& at, const Vector3d& radii, double turn) {

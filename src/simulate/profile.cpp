@@ -12,8 +12,14 @@ constexpr double kDegree = std::numbers::pi / 180;
 
 CameraModel brown(int width, int height, std::array<double, 4> matrix, std::array<double, 5> k) {
   const auto [fx, fy, cx, cy] = matrix;
-  return {width, height, fx,                      fy, cx, cy, LensModel::brown_conrady,
-          {k[0], k[1],   k[2], k[3], k[4], 0, 0, 0}};
+  return {width,
+          height,
+          fx,
+          fy,
+          cx,
+          cy,
+          LensModel::brown_conrady,
+          {k[0], k[1], k[2], k[3], k[4], 0, 0, 0}};
 }
 
 std::vector<Lamp> pair_of_lamps(double apart, float power, float sharpness) {
@@ -34,7 +40,7 @@ Profile pool() {
       brown(968, 728, {917.1, 916.2, 478.8, 366.1}, {-0.109, 0.091, -4e-4, 5e-4, -0.016});
   p.baseline = 0.12;
   p.lamps = pair_of_lamps(0.9, 2.2f, 3);
-  p.water = {{0.11f, 0.09f, 0.32f}, {0.085f, 0.075f, 0.035f}, {0.16f, 0.15f, 0.10f}};
+  p.water = {{0.11f, 0.09f, 0.32f}, {0.060f, 0.052f, 0.022f}, {0.16f, 0.15f, 0.10f}};
   p.snow = 12, p.jpeg = 90, p.target = 0.16, p.targets = 1.6;
   return p;
 }
@@ -50,7 +56,7 @@ Profile transect() {
       brown(960, 540, {576.9, 576.3, 475.2, 271.7}, {0.114, 0.034, 5e-4, -6e-4, 0.003});
   p.baseline = 0.12;
   p.lamps = pair_of_lamps(1.1, 4.6f, 9);
-  p.water = {{0.26f, 0.15f, 0.42f}, {0.055f, 0.085f, 0.030f}, {0.03f, 0.05f, 0.01f}};
+  p.water = {{0.26f, 0.15f, 0.42f}, {0.042f, 0.062f, 0.020f}, {0.03f, 0.05f, 0.01f}};
   p.snow = 20, p.jpeg = 88, p.target = 0.2, p.targets = 1.7;
   return p;
 }
@@ -67,7 +73,7 @@ Profile reef() {
       brown(920, 690, {652.8, 652.0, 463.1, 342.5}, {-0.088, 0.032, -5e-4, 4e-4, -0.005});
   p.baseline = 0.2;
   p.lamps = pair_of_lamps(1.0, 3.0f, 4);
-  p.water = {{0.10f, 0.08f, 0.26f}, {0.110f, 0.100f, 0.040f}, {0.50f, 0.46f, 0.22f}};
+  p.water = {{0.10f, 0.08f, 0.26f}, {0.095f, 0.078f, 0.026f}, {0.50f, 0.46f, 0.22f}};
   p.snow = 15, p.jpeg = 88, p.target = 0.26, p.targets = 5;
   return p;
 }
@@ -83,7 +89,7 @@ Profile wreck() {
       brown(960, 640, {989.3, 988.5, 481.9, 318.7}, {-0.052, 0.081, 4e-4, -5e-4, -0.030});
   p.baseline = 0.2;
   p.lamps = pair_of_lamps(1.0, 2.8f, 5);
-  p.water = {{0.13f, 0.12f, 0.36f}, {0.045f, 0.040f, 0.018f}, {0, 0, 0}};
+  p.water = {{0.13f, 0.12f, 0.36f}, {0.034f, 0.028f, 0.012f}, {0, 0, 0}};
   p.snow = 16, p.jpeg = 90, p.target = 0.12, p.targets = 1.2;
   return p;
 }

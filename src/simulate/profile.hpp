@@ -27,14 +27,14 @@ struct Water {
 
 struct Profile {
   int images;
-  double interval;     ///< s
-  double spacing;      ///< m along the path between images
-  double altitude;     ///< m above the seabed
-  double azimuth;      ///< of the passes, rad clockwise from north
-  double pass_length;  ///< m; 0: one straight strip
-  double pass_gap;     ///< m between neighbouring passes
-  double wobble;       ///< rad, largest roll, pitch and heading swing
-  double heave;        ///< m, largest swing of altitude
+  double interval;         ///< s
+  double spacing;          ///< m along the path between images
+  double altitude;         ///< m above the seabed
+  double azimuth;          ///< of the passes, rad clockwise from north
+  double pass_length;      ///< m; 0: one straight strip
+  double pass_gap;         ///< m between neighbouring passes
+  double wobble;           ///< rad, largest roll, pitch and heading swing
+  double heave;            ///< m, largest swing of altitude
   Eigen::Vector3d origin;  ///< survey_from_local translation; z = -(depth of the seabed)
   double cell;             ///< m, of the height map
   std::vector<Eigen::Vector2d> relief;  ///< size and amplitude of each octave, m

@@ -5,7 +5,6 @@
 #include <algorithm>
 #include <cmath>
 #include <opencv2/core/utility.hpp>
-#include <opencv2/imgproc.hpp>
 
 #include "nadir/core/check.hpp"
 #include "random.hpp"
@@ -15,18 +14,15 @@ namespace {
 
 using Eigen::Vector3d;
 
-constexpr int kSamples = 2;        // per pixel and side
-constexpr int kTile = 32;          // px
-constexpr double kLensBlur = 0.4;  // px, standard deviation
-constexpr double kFootprint = 0.7;  // of a pixel that one sample's pattern is averaged over
+constexpr int kTile = 32;  // samples
 
-cv::Mat2f rays_of(const CameraModel& camera) {
-  cv::Mat2f rays(camera.height * kSamples, camera.width * kSamples);
+// Rays through a lattice of samples one pixel apart; `first`: the pixel of the first sample.
+cv::Mat2f rays_of(const CameraModel& camera, double first, cv::Size size) {
+  cv::Mat2f rays(size);
   cv::parallel_for_({0, rays.rows}, [&](const cv::Range& rows) {
     for (int row = rows.start; row < rows.end; ++row) {
       for (int column = 0; column < rays.cols; ++column) {
-        const auto ray = camera.unproject(
-            {(column + 0.5) / kSamples - 0.5, (row + 0.5) / kSamples - 0.5});
+        const auto ray = camera.unproject({column + first, row + first});
         NADIR_CHECK(ray, row, column);
         rays(row, column) = {static_cast<float>(ray->x()), static_cast<float>(ray->y())};
       }
@@ -57,11 +53,12 @@ std::vector<const Solid*> in_view(const std::vector<Solid>& solids, const Vector
   return seen;
 }
 
-cv::Vec3f seen_of(const Scene& scene, const Scene::Meeting& meeting, const Ray& ray,
-                  double footprint, const Light& light) {
+cv::Vec3f radiance_of(const Scene& scene, const Scene::Meeting& meeting, const Ray& ray,
+                      double focal_length, const Light& light) {
   const Vector3d place = ray.at(meeting.hit.t);
   const float open = meeting.solid ? 1.0f : scene.relief.light_at(place.x(), place.y());
-  return radiance(light, skin(scene, meeting, footprint), place, ray.origin, open);
+  const Skin skin = simulate::skin(scene, meeting, meeting.hit.t / focal_length);
+  return radiance(light, skin, place, ray.origin, open);
 }
 
 float srgb(float linear) {  // IEC 61966-2-1
@@ -93,30 +90,28 @@ float noise_from(std::uint64_t bits) {
 }  // namespace
 
 Renderer::Renderer(const Scene& scene, const CameraModel& camera)
-    : scene_(scene), camera_(camera), rays_(rays_of(camera)) {}
+    : scene_(scene),
+      focal_length_(camera.fx),
+      centres_(rays_of(camera, 0, {camera.width, camera.height})),
+      corners_(rays_of(camera, -0.5, {camera.width + 1, camera.height + 1})) {}
 
-cv::Mat3f Renderer::radiance(const Rigid3& local_from_camera, const Light& light) const {
-  cv::Mat3f fine(rays_.size());
-  const int across = (fine.cols + kTile * kSamples - 1) / (kTile * kSamples);
-  const int down = (fine.rows + kTile * kSamples - 1) / (kTile * kSamples);
+template <class Visit>
+void Renderer::cast(const cv::Mat2f& rays, const Rigid3& local_from_camera, Visit visit) const {
+  const int across = (rays.cols + kTile - 1) / kTile, down = (rays.rows + kTile - 1) / kTile;
   cv::parallel_for_({0, across * down}, [&](const cv::Range& tiles) {
     for (int i = tiles.start; i < tiles.end; ++i) {
-      const cv::Rect tile(i % across * kTile * kSamples, i / across * kTile * kSamples,
-                          kTile * kSamples, kTile * kSamples);
-      render_tile(tile & cv::Rect({}, fine.size()), local_from_camera, light, fine);
+      const cv::Rect tile(i % across * kTile, i / across * kTile, kTile, kTile);
+      cast_tile(rays, tile & cv::Rect({}, rays.size()), local_from_camera, visit);
     }
   });
-  cv::Mat3f picture;
-  cv::GaussianBlur(fine, fine, {}, kLensBlur * kSamples);
-  cv::resize(fine, picture, {camera_.width, camera_.height}, 0, 0, cv::INTER_AREA);
-  return picture;
 }
 
-void Renderer::render_tile(const cv::Rect& tile, const Rigid3& local_from_camera,
-                           const Light& light, cv::Mat3f& fine) const {
+template <class Visit>
+void Renderer::cast_tile(const cv::Mat2f& rays, const cv::Rect& tile,
+                         const Rigid3& local_from_camera, Visit visit) const {
   const Eigen::Matrix3d turn = local_from_camera.rotation.toRotationMatrix();
   const auto ray_of = [&](int column, int row) {
-    const cv::Vec2f p = rays_(row, column);
+    const cv::Vec2f p = rays(row, column);
     return Ray{local_from_camera.translation, turn * Vector3d(p[0], p[1], 1)};
   };
   std::vector<Vector3d> corners;
@@ -131,32 +126,38 @@ void Renderer::render_tile(const cv::Rect& tile, const Rigid3& local_from_camera
     for (int column = tile.x; column < tile.br().x; ++column) {
       const Ray ray = ray_of(column, row);
       const auto meeting = scene_.meet(ray, solids, guess);
-      if (!meeting) {
-        fine(row, column) = light.water.veil;
-        continue;
-      }
-      guess = meeting->hit.t;
-      const double footprint = kFootprint * guess / camera_.fx;
-      const float vignette = static_cast<float>(1 / ray.direction.squaredNorm());
-      fine(row, column) = vignette * seen_of(scene_, *meeting, ray, footprint, light);
+      if (meeting) guess = meeting->hit.t;
+      visit(row, column, ray, meeting);
     }
   }
 }
 
+cv::Mat3f Renderer::radiance(const Rigid3& local_from_camera, const Light& light) const {
+  const auto lattice = [&](const cv::Mat2f& rays) {
+    cv::Mat3f seen(rays.size());
+    cast(rays, local_from_camera,
+         [&](int row, int column, const Ray& ray, const std::optional<Scene::Meeting>& meeting) {
+           const float vignette = static_cast<float>(1 / ray.direction.squaredNorm());
+           seen(row, column) =
+               meeting ? vignette * radiance_of(scene_, *meeting, ray, focal_length_, light)
+                       : light.water.veil;
+         });
+    return seen;
+  };
+  const cv::Mat3f centres = lattice(centres_), corners = lattice(corners_);
+  const cv::Size size = centres.size();
+  const auto corner = [&](int x, int y) { return corners(cv::Rect({x, y}, size)); };
+  const cv::Mat sum = corner(0, 0) + corner(0, 1) + corner(1, 0) + corner(1, 1);
+  const cv::Mat picture = sum / 8 + centres / 2;
+  return picture;
+}
+
 cv::Mat1f Renderer::depth(const Rigid3& local_from_camera) const {
-  cv::Mat1f depth(camera_.height, camera_.width, 0.0f);
-  cv::parallel_for_({0, depth.rows}, [&](const cv::Range& rows) {
-    for (int row = rows.start; row < rows.end; ++row) {
-      for (int column = 0; column < depth.cols; ++column) {
-        const auto p = camera_.unproject({column, row});
-        if (!p) continue;
-        const Ray ray{local_from_camera.translation,
-                      local_from_camera.rotation * p->homogeneous()};
-        const auto meeting = scene_.meet(ray);
-        if (meeting) depth(row, column) = static_cast<float>(meeting->hit.t);
-      }
-    }
-  });
+  cv::Mat1f depth(centres_.size());
+  cast(centres_, local_from_camera,
+       [&](int row, int column, const Ray&, const std::optional<Scene::Meeting>& meeting) {
+         depth(row, column) = meeting ? static_cast<float>(meeting->hit.t) : 0.0f;
+       });
   return depth;
 }
 
@@ -186,13 +187,13 @@ void add_snow(cv::Mat3f& radiance, const Snow& snow, const CameraModel& camera,
     // Near the lens out of focus: wide and faint.
     const double in_focus = camera.fx * flake.radius / x.z();
     const double sigma = std::hypot(std::max(in_focus, 0.6), 0.0022 * camera.fx / x.z());
-    const float peak = flake.brightness *
-                       static_cast<float>(std::min(1.0, 2.5 * in_focus * in_focus /
-                                                            (sigma * sigma)));
+    const float peak = flake.brightness * static_cast<float>(std::min(
+                                              1.0, 2.5 * in_focus * in_focus / (sigma * sigma)));
     const int reach = static_cast<int>(std::ceil(3 * sigma));
     const cv::Point centre(cvRound(at->x()), cvRound(at->y()));
-    const cv::Rect box = cv::Rect(centre.x - reach, centre.y - reach, 2 * reach + 1, 2 * reach + 1) &
-                         cv::Rect({}, radiance.size());
+    const cv::Rect box =
+        cv::Rect(centre.x - reach, centre.y - reach, 2 * reach + 1, 2 * reach + 1) &
+        cv::Rect({}, radiance.size());
     for (int row = box.y; row < box.br().y; ++row) {
       for (int column = box.x; column < box.br().x; ++column) {
         const double squared = std::pow(column - at->x(), 2) + std::pow(row - at->y(), 2);

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: nadir contributors
 // SPDX-License-Identifier: Apache-2.0
-// The camera's picture of a scene: one ray per quarter pixel through the lens model, light through
-// the water, then the sensor.
+// The camera's picture of a scene: rays through the lens model, light through the water, then the
+// sensor. Each pixel averages its centre and the mean of its four corners (quincunx).
 #pragma once
 
 #include <opencv2/core/mat.hpp>
@@ -23,12 +23,15 @@ class Renderer {
   cv::Mat1f depth(const Rigid3& local_from_camera) const;
 
  private:
-  void render_tile(const cv::Rect& tile, const Rigid3& local_from_camera, const Light& light,
-                   cv::Mat3f& fine) const;
+  template <class Visit>
+  void cast(const cv::Mat2f& rays, const Rigid3& local_from_camera, Visit visit) const;
+  template <class Visit>
+  void cast_tile(const cv::Mat2f& rays, const cv::Rect& tile, const Rigid3& local_from_camera,
+                 Visit visit) const;
 
   const Scene& scene_;
-  const CameraModel& camera_;
-  cv::Mat2f rays_;  ///< normalised image coordinates of the four samples of each pixel
+  double focal_length_;          ///< px
+  cv::Mat2f centres_, corners_;  ///< of the pixels, as normalised image coordinates
 };
 
 /// Drifting particles lit by the lamps, in the left camera's frame.

@@ -58,9 +58,20 @@ double Relief::z(double x, double y) const { return sample(height, locate(*this,
 
 float Relief::light_at(double x, double y) const { return sample(light, locate(*this, x, y)); }
 
+// Central differences at the four nodes around, interpolated: no facets.
 Vector3d Relief::normal(double x, double y) const {
-  const double dx = z(x + cell, y) - z(x - cell, y), dy = z(x, y + cell) - z(x, y - cell);
-  return Vector3d(-dx, -dy, 2 * cell).normalized();
+  const Bilinear at = locate(*this, x, y);
+  const int left = std::max(at.column - 1, 0), right = std::min(at.column + 2, height.cols - 1);
+  const int low = std::max(at.row - 1, 0), high = std::min(at.row + 2, height.rows - 1);
+  const float *r0 = height.ptr<float>(low), *r1 = height.ptr<float>(at.row);
+  const float *r2 = height.ptr<float>(at.row + 1), *r3 = height.ptr<float>(high);
+  const int c1 = at.column, c2 = at.column + 1;
+  const auto mix = [](float a, float b, float t) { return a + t * (b - a); };
+  const float dx = mix(mix(r1[c2] - r1[left], r1[right] - r1[c1], at.u),
+                       mix(r2[c2] - r2[left], r2[right] - r2[c1], at.u), at.v);
+  const float dy = mix(mix(r2[c1] - r0[c1], r2[c2] - r0[c2], at.u),
+                       mix(r3[c1] - r1[c1], r3[c2] - r1[c2], at.u), at.v);
+  return Vector3d(-static_cast<double>(dx), -static_cast<double>(dy), 2 * cell).normalized();
 }
 
 std::optional<Scene::Meeting> Scene::meet(const Ray& ray, std::span<const Solid* const> among,

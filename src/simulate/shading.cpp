@@ -30,7 +30,8 @@ float inside(double d, double footprint) {
 
 // Sand grains and dirt: the contrast that tie points live on, from 10 cm down to the pixel.
 float grain(double x, double y, double footprint, std::uint32_t seed) {
-  return Fractal{0.1, 6, 0.78f, seed}(x, y, footprint);
+  return Fractal{0.032, 5, 0.95f, seed}(x, y, footprint) +
+         0.5f * Fractal{0.25, 2, 0.8f, seed + 7}(x, y, footprint);
 }
 
 struct Ground {
@@ -104,11 +105,11 @@ Ground sand(double x, double y, double footprint, std::uint32_t seed) {
   const float tone = 1 + 0.34f * fine + 0.10f * crest;
   Ground floor{Vec3f(0.30f, 0.34f, 0.34f) * std::max(tone, 0.1f)};
   floor.tilt = {0.06 * static_cast<double>(crest), 0.16 * std::cos(phase), 0};
-  const Ground lag = pebbles(x, y, 0.018, footprint, {0.09f, 0.10f, 0.11f}, {0.34f, 0.37f, 0.38f},
-                             seed + 80);
+  const Ground lag =
+      pebbles(x, y, 0.018, footprint, {0.09f, 0.10f, 0.11f}, {0.34f, 0.37f, 0.38f}, seed + 80);
   floor.albedo = blend(floor.albedo, lag.albedo, patch);
-  floor.tilt = floor.tilt * (1 - static_cast<double>(patch)) +
-               lag.tilt * static_cast<double>(patch);
+  floor.tilt =
+      floor.tilt * (1 - static_cast<double>(patch)) + lag.tilt * static_cast<double>(patch);
   return floor;
 }
 
@@ -146,9 +147,9 @@ Vec3f plate_pattern(const Slab& slab, const Vector3d& place, double footprint) {
       break;
     }
     default:
-      colour = pebbles(x, y, 0.032, footprint, {0.06f, 0.06f, 0.06f}, {0.5f, 0.52f, 0.53f},
-                       slab.seed)
-                   .albedo;
+      colour =
+          pebbles(x, y, 0.032, footprint, {0.06f, 0.06f, 0.06f}, {0.5f, 0.52f, 0.53f}, slab.seed)
+              .albedo;
   }
   const float dirt = 1 + 0.12f * grain(x, y, footprint, slab.seed + 5);
   return blend(pale, colour, inside(rim + 0.012, footprint)) * dirt;
@@ -162,8 +163,7 @@ Vec3f target_pattern(const Slab& slab, const Vector3d& place, double footprint) 
   const bool bit = (slab.seed >> (static_cast<int>(turn) % 12)) & 1;
   const double ring = std::abs(r - 0.30 * side) - 0.06 * side;
   const float white = std::max({inside(r - kDiscShare * side / 2, footprint),
-                                bit ? inside(ring, footprint) : 0.0f,
-                                1 - inside(rim, footprint)});
+                                bit ? inside(ring, footprint) : 0.0f, 1 - inside(rim, footprint)});
   return blend({0.03f, 0.03f, 0.03f}, {0.62f, 0.64f, 0.64f}, white);
 }
 
@@ -206,8 +206,8 @@ Vec3f slab_colour(const Solid& solid, const Slab& slab, const Vector3d& place, d
     return on_top ? target_pattern(slab, place, footprint) : Vec3f(0.05f, 0.05f, 0.05f);
   }
   if (on_top) return plate_pattern(slab, place, footprint);
-  return Vec3f(0.20f, 0.21f, 0.22f) * (1 + 0.3f * grain(place.x() + place.y(), place.z(), footprint,
-                                                       slab.seed));
+  return Vec3f(0.20f, 0.21f, 0.22f) *
+         (1 + 0.3f * grain(place.x() + place.y(), place.z(), footprint, slab.seed));
 }
 
 }  // namespace
@@ -226,9 +226,9 @@ Skin skin(const Scene& scene, const Scene::Meeting& meeting, double footprint) {
 
 namespace {
 
-// A beam is 3 mm wide and outshines the lamps several times.
+// A beam is some 10 mm wide and outshines the lamps several times.
 float laser(const Light& light, const Vector3d& place) {
-  constexpr double kSigma = 0.003;
+  constexpr double kSigma = 0.0045;
   float sum = 0;
   for (const Light::Beam& beam : light.beams) {
     const double squared = beam.direction.cross(place - beam.origin).squaredNorm();
@@ -252,8 +252,8 @@ Vec3f radiance(const Light& light, const Skin& skin, const Vector3d& place, cons
     const float arriving = source.power * std::pow(static_cast<float>(aimed), source.sharpness) *
                            static_cast<float>(facing / squared) * (0.5f + 0.5f * open);
     for (int c = 0; c < 3; ++c) {
-      lit[c] += arriving * std::exp(-light.water.attenuation[c] *
-                                    static_cast<float>(distance + to_eye));
+      lit[c] +=
+          arriving * std::exp(-light.water.attenuation[c] * static_cast<float>(distance + to_eye));
     }
   }
   lit[1] += laser(light, place);

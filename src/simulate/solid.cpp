@@ -19,8 +19,8 @@ double radius_towards(const Blob& blob, const Vector3d& p) {
   double radius = 1;
   if (blob.roughness > 0) {
     const Vector3d place = direction * blob.frequency;
-    radius += blob.roughness * (0.65 * noise(place, blob.seed) +
-                                0.35 * noise(Vector3d(2.3 * place), blob.seed + 1));
+    radius += blob.roughness *
+              (0.65 * noise(place, blob.seed) + 0.35 * noise(Vector3d(2.3 * place), blob.seed + 1));
   }
   if (blob.arms > 0) {
     const double angle = std::atan2(direction.y(), direction.x());
@@ -42,22 +42,38 @@ Vector3d normal_at(const Blob& blob, const Vector3d& p) {
   return (blob.unit_from_local.transpose() * gradient).normalized();
 }
 
-// Walks from the enclosing sphere towards the rough surface by a share of the distance that no
-// bump can exceed (sphere tracing, Hart 1996), then closes in by the secant.
-std::optional<double> walk(const Blob& blob, const Ray& ray, double enter, double leave) {
-  constexpr int kSteps = 60;
-  constexpr double kTouch = 2e-4;  // of the radius
-  const double share = (blob.arms > 0 ? 0.35 : 0.6) / ray.direction.norm();
-  double t = enter, gap = outside(blob, ray.at(t)), t_before = t, gap_before = gap;
-  for (int i = 0; i < kSteps && gap > kTouch; ++i) {
-    t_before = t, gap_before = gap;
-    t += std::max(gap, 5 * kTouch) * share;
-    if (t > leave) return std::nullopt;
-    gap = outside(blob, ray.at(t));
+// Between a t outside and a t inside the surface (regula falsi).
+double close_in(const Blob& blob, const Ray& ray, double out, double gap_out, double in,
+                double gap_in) {
+  constexpr int kSteps = 8;
+  constexpr double kTouch = 5e-5;  // of the radius
+  double t = in;
+  for (int i = 0; i < kSteps; ++i) {
+    t = out + (in - out) * gap_out / (gap_out - gap_in);
+    const double gap = outside(blob, ray.at(t));
+    if (std::abs(gap) < kTouch) break;
+    (gap > 0 ? out : in) = t;
+    (gap > 0 ? gap_out : gap_in) = gap;
   }
-  if (gap > kTouch) return std::nullopt;
-  if (gap >= 0 || gap_before <= gap) return t;
-  return t_before + (t - t_before) * gap_before / (gap_before - gap);
+  return t;
+}
+
+// Walks from the enclosing sphere towards the rough surface by a share of the distance that hardly
+// a bump exceeds (sphere tracing, Hart 1996), longer where the surface was seen to come slowly.
+std::optional<double> walk(const Blob& blob, const Ray& ray, double enter, double leave) {
+  constexpr double kLeast = 0.01, kLongest = 3;  // of the radius; of the careful step
+  const double share = (blob.arms > 0 ? 0.3 : 0.6) / ray.direction.norm();
+  double t = enter, gap = outside(blob, ray.at(t)), slope = 0;  // fall of the gap per t
+  while (t < leave) {
+    const double careful = share * std::max(gap, kLeast);
+    const double expected = slope > 0 ? 1.05 * gap / slope : careful;
+    const double next = t + std::clamp(expected, careful, kLongest * careful);
+    const double gap_next = outside(blob, ray.at(next));
+    if (gap_next <= 0) return close_in(blob, ray, t, gap, next, gap_next);
+    slope = (gap - gap_next) / (next - t);
+    t = next, gap = gap_next;
+  }
+  return std::nullopt;
 }
 
 std::optional<Hit> intersect(const Blob& blob, const Ray& ray) {

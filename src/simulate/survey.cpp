@@ -43,7 +43,7 @@ Light light_at(const Profile& profile, const Rigid3& local_from_camera) {
 
 // The exposure a camera would choose over a flat grey bottom, and most of its white balance.
 Vec3f gain_of(const Profile& profile) {
-  constexpr float kBottom = 0.30f, kWanted = 0.17f, kBalanced = 0.65f;
+  constexpr float kBottom = 0.30f, kWanted = 0.21f, kBalanced = 0.65f;
   const Rigid3 above{Eigen::Quaterniond(0, 1, 0, 0), {0, 0, profile.altitude}};
   const Skin grey{{kBottom, kBottom, kBottom}, Vector3d::UnitZ()};
   const Vec3f seen =
@@ -128,12 +128,12 @@ struct Survey::World {
 
   cv::Mat picture(int image, const Renderer& renderer, const CameraModel& camera,
                   const Rigid3& camera_from_left, std::uint64_t side) const {
-    cv::Mat3f seen = renderer.radiance(local_from_camera(image) * camera_from_left.inverse(),
-                                       light(image));
+    cv::Mat3f seen =
+        renderer.radiance(local_from_camera(image) * camera_from_left.inverse(), light(image));
     const Vec3f gain = this->gain(image);
     if (!options.clear) {
-      const Snow snow = make_snow(rig->left, figures.altitude, figures.snow,
-                                  hash(options.seed, 's', image));
+      const Snow snow =
+          make_snow(rig->left, figures.altitude, figures.snow, hash(options.seed, 's', image));
       const Vec3f white(0.55f / gain[0], 0.6f / gain[1], 0.6f / gain[2]);
       add_snow(seen, snow, camera, camera_from_left, white);
     }

@@ -147,9 +147,9 @@ std::string readme(const Survey& survey, const Options& options) {
   const CameraModel& camera = survey.rig()->left;
   double length = 0;
   for (int i = 1; i < survey.images(); ++i) {
-    length += (survey.survey_from_camera(i).translation -
-               survey.survey_from_camera(i - 1).translation)
-                  .norm();
+    length +=
+        (survey.survey_from_camera(i).translation - survey.survey_from_camera(i - 1).translation)
+            .norm();
   }
   std::string text;
   print(text, "Simulated survey \"%s\", seed %llu: %d %s %d x %d, JPEG quality %d, %.1f s apart.\n",
@@ -161,7 +161,8 @@ std::string readme(const Survey& survey, const Options& options) {
         figures.altitude);
   text += options.stereo ? "images/            left/ and right/, named by number\n"
                          : "images/            one camera, named by number\n";
-  text += R"(calib.yml          OpenCV FileStorage: k1 k2 p1 p2 k3; of a pair also R, T: X_right = R X_left + T (metres).
+  text +=
+      R"(calib.yml          OpenCV FileStorage: k1 k2 p1 p2 k3; of a pair also R, T: X_right = R X_left + T (metres).
                    Pixel centres are integers, the top-left one (0, 0).
 timestamps.csv     frame,seconds (mid exposure)
 ahrs.csv           seconds,roll,pitch,yaw (degrees, 10 Hz, same clock); body forward right down, Z-Y-X angles to
@@ -172,8 +173,9 @@ ahrs.csv           seconds,roll,pitch,yaw (degrees, 10 Hz, same clock); body for
 depth.csv          seconds,depth (metres below the surface, 5 Hz, noise 0.01 m)
 )";
   if (survey.lasers()) {
-    text += "lasers.yml         two green dots: separation_m, beams along the optical axis, "
-            "origins_camera_m\n";
+    text +=
+        "lasers.yml         two green dots: separation_m, beams along the optical axis, "
+        "origins_camera_m\n";
   }
   text += R"(
 Truth, for judging only:
@@ -186,8 +188,9 @@ gt_heightmap.npz   z_mm int16 (rows = local y, columns = local x; -32000 = none)
                    t_world_local: X_world = R X_local + t; the surface seen from above
 )";
   if (survey.lasers()) text += "gt_laser_dots.csv  frame,laser,u,v,depth_m: exact dot centres\n";
-  text += "\nExposure varies +-13 %, white balance +-4 %, veil +-15 %; the lamps move with the "
-          "camera. Drifting particles have\ntrue positions, the same in both images of a pair.\n";
+  text +=
+      "\nExposure varies +-13 %, white balance +-4 %, veil +-15 %; the lamps move with the "
+      "camera. Drifting particles have\ntrue positions, the same in both images of a pair.\n";
   return text;
 }
 
