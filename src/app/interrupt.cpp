@@ -3,8 +3,8 @@
 #include "interrupt.hpp"
 
 #include <pthread.h>
+
 #include <csignal>
-#include <memory>
 
 namespace nadir::app {
 namespace {

@@ -10,8 +10,6 @@ namespace {
 
 constexpr int kCouldNot = 1;
 
-int run(const nadir::app::Answered& answered) { return answered.status; }
-
 }  // namespace
 
 int main(int argc, char** argv) {
@@ -19,8 +17,7 @@ int main(int argc, char** argv) {
   // else.
   cv::setNumThreads(1);
   try {
-    using nadir::app::run;
-    return std::visit([](const auto& command) { return run(command); },
+    return std::visit([](const auto& command) { return nadir::app::run(command); },
                       nadir::app::parse_command_line(argc, argv));
   } catch (const std::exception& error) {
     std::fprintf(stderr, "nadir: %s\n", error.what());

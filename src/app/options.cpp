@@ -42,7 +42,7 @@ void describe_replay(CLI::App& verb, Replay& replay, std::string& rate) {
   auto* serve =
       verb.add_option("--serve", replay.serve, "show the map at http://ADDRESS, host:port")
           ->type_name("ADDRESS");
-  verb.add_flag("--no-serve", "no page (the default)")->excludes(serve);
+  verb.add_flag("--no-serve")->description("no page (the default)")->excludes(serve);
   verb.add_flag("--keep-serving", replay.keep_serving,
                 "go on serving after the last image, until interrupted")
       ->needs(serve);

@@ -3,6 +3,7 @@
 #include <sys/resource.h>
 #include <sys/utsname.h>
 
+#include <charconv>
 #include <chrono>
 #include <cstdio>
 
@@ -38,6 +39,7 @@ void set_address(const std::string& address, serve::Config& config) {
   }
   std::string host = address.substr(0, colon);
   if (host.starts_with('[') && host.ends_with(']')) host = host.substr(1, host.size() - 2);
+  if (host == "localhost") host = "127.0.0.1";
   if (!host.empty()) config.address = host;
   config.port = static_cast<std::uint16_t>(port);
 }

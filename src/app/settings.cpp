@@ -1,6 +1,7 @@
 // SPDX-FileCopyrightText: nadir contributors
 // SPDX-License-Identifier: Apache-2.0
 // The table: every setting's name, field and meaning, in the order of the dump.
+#include <sstream>
 #include <utility>
 
 #include "config.hpp"
@@ -71,8 +72,27 @@ Setting choice(std::string key, Room Config::*room, T Room::*field,
   return {std::move(key), std::move(meaning), get, set};
 }
 
+// A list of names is one text in the file.
+Setting names(std::string key, std::vector<std::string> serve::Config::*field,
+              std::string meaning) {
+  const auto get = [=](const Config& config) -> Value {
+    std::string joined;
+    for (const std::string& name : config.serve.*field)
+      joined += (joined.empty() ? "" : ",") + name;
+    return joined;
+  };
+  const auto set = [=](Config& config, const Value& value) {
+    (config.serve.*field).clear();
+    std::istringstream joined(converted<std::string>(value));
+    for (std::string name; std::getline(joined, name, ',');) (config.serve.*field).push_back(name);
+  };
+  return {std::move(key), std::move(meaning), get, set};
+}
+
 std::vector<Setting> make_settings() {
   return {
+      setting("capture.scale", &Config::capture, &capture::Config::scale,
+              "processed size per side: 1, 0.5 or 0.25"),
       setting("odometry.initial_images", &Config::odometry, &odometry::Config::initial_images,
               "key images that start a map: 3 or 5"),
       setting("odometry.window", &Config::odometry, &odometry::Config::window,
@@ -144,6 +164,23 @@ std::vector<Setting> make_settings() {
               "save each projected image; without them mosaics cannot be recovered"),
       setting("record.small_png", &Config::record, &record::Config::small_png,
               "smaller projected images and mosaics for a little more time"),
+      setting("serve.address", &Config::serve, &serve::Config::address,
+              "IP literal; 0.0.0.0 or :: for every network"),
+      setting("serve.port", &Config::serve, &serve::Config::port, "0: the system's choice"),
+      names("serve.names", &serve::Config::names,
+            "host names this device goes by beside localhost, separated by commas"),
+      setting("serve.max_clients", &Config::serve, &serve::Config::max_clients,
+              "viewers at a time"),
+      setting("serve.client_bytes", &Config::serve, &serve::Config::client_bytes,
+              "kernel send buffer of a viewer: what may be stale"),
+      setting("serve.retained_bytes", &Config::serve, &serve::Config::retained_bytes,
+              "of records kept for late viewers; oldest data go"),
+      setting("serve.header_timeout", &Config::serve, &serve::Config::header_timeout,
+              "seconds for a request's header and for the hello"),
+      setting("serve.idle_timeout", &Config::serve, &serve::Config::idle_timeout,
+              "seconds without an answer to a ping"),
+      setting("serve.stall_timeout", &Config::serve, &serve::Config::stall_timeout,
+              "seconds in which a viewer took nothing of what it is sent"),
   };
 }
 

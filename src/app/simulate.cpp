@@ -3,24 +3,13 @@
 #include <unistd.h>
 #include <cstdio>
 
-#include "nadir/simulate/survey.hpp"
+#include "nadir/simulate/write_survey.hpp"
 #include "verbs.hpp"
 
 namespace nadir::app {
-namespace {
-
-simulate::SceneKind scene_kind(const std::string& name) {
-  if (name == "transect") return simulate::SceneKind::transect;
-  if (name == "reef") return simulate::SceneKind::reef;
-  if (name == "wreck") return simulate::SceneKind::wreck;
-  return simulate::SceneKind::pool;
-}
-
-}  // namespace
-
 int run(const Simulate& simulate) {
   simulate::Options options;
-  options.scene = scene_kind(simulate.scene);
+  options.scene = *simulate::scene_from(simulate.scene);  // the command line knows its scenes
   if (simulate.images) options.images = *simulate.images;
   options.stereo = simulate.stereo;
   options.seed = simulate.seed;

@@ -7,6 +7,7 @@
 
 namespace nadir::app {
 
+inline int run(const Answered& answered) { return answered.status; }
 int run(const Replay& replay);
 int run(const Simulate& simulate);
 int run(const Recover& recover);

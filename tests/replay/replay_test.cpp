@@ -6,7 +6,7 @@
 
 #include <thread>
 
-#include "nadir/simulate/survey.hpp"
+#include "nadir/simulate/write_survey.hpp"
 #include "support/dive_folder.hpp"
 
 namespace nadir {
