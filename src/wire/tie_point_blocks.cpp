@@ -3,6 +3,7 @@
 #include "nadir/wire/tie_point_blocks.hpp"
 
 #include <algorithm>
+#include <numeric>
 #include <set>
 
 namespace nadir::wire {
@@ -40,6 +41,12 @@ std::vector<TiePoints> TiePointBlocks::update(std::span<const TiePoint> points) 
     changed.push_back(blocks_.at(number));
   }
   return changed;
+}
+
+std::size_t TiePointBlocks::size() const {
+  return std::accumulate(
+      blocks_.begin(), blocks_.end(), std::size_t{0},
+      [](std::size_t sum, const auto& block) { return sum + block.second.points.size(); });
 }
 
 }  // namespace nadir::wire

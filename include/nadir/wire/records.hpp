@@ -40,9 +40,6 @@ enum class RecordType : std::uint8_t {
   statistics = 13,
 };
 
-/// What fixed the survey frame: nothing yet, the first plane, or an AHRS (x east, y north).
-enum class SurveyAxes : std::uint8_t { none, first_plane, attitude };
-
 /// One for the run: the newest says where the dive stands.
 struct State {
   TrackingState tracking = TrackingState::waiting;

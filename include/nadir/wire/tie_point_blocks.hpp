@@ -18,6 +18,8 @@ class TiePointBlocks {
   /// Takes the points in, new or known, and returns the whole of each block they touched, blocks
   /// ascending.
   std::vector<TiePoints> update(std::span<const TiePoint> points);
+  /// Tie points known.
+  std::size_t size() const;
 
  private:
   std::map<std::uint64_t, TiePoints> blocks_;
