@@ -14,11 +14,15 @@ export interface LinkEvents {
 
 const FIRST_RETRY_MS = 500;
 const LAST_RETRY_MS = 5000;
+/** A server at work says something every second; a connection cut in silence is found out by this. */
+const SILENCE_MS = 10_000;
 
 /** Keeps one connection to the server, come what may, and resumes where the last one broke off. */
 export class Link {
   /** This connection has brought all the server had when it began; what comes now is news. */
   isCurrent = false;
+  /** The dive is over: silence means nothing. */
+  mayBeSilent = false;
   /** Messages that were no record of ours. */
   ignored = 0;
   private feed = 0n;
@@ -27,6 +31,7 @@ export class Link {
   private socket: WebSocket | null = null;
   private retryMs = FIRST_RETRY_MS;
   private timer: ReturnType<typeof setTimeout> | undefined;
+  private watchdog: ReturnType<typeof setTimeout> | undefined;
 
   constructor(
     private readonly address: string,
@@ -48,8 +53,9 @@ export class Link {
       this.receive(message.data);
     };
     socket.onclose = () => {
-      if (socket === this.socket) this.retryLater();
+      this.retryLater();
     };
+    this.feedWatchdog();
   }
 
   /** Tries at once when a retry is due later: the network or the viewer is back. */
@@ -57,7 +63,18 @@ export class Link {
     if (this.socket === null) this.connect();
   }
 
+  private feedWatchdog(): void {
+    clearTimeout(this.watchdog);
+    this.watchdog = setTimeout(() => {
+      if (this.mayBeSilent) return;
+      this.socket?.close();
+      this.retryLater();
+    }, SILENCE_MS);
+  }
+
   private retryLater(): void {
+    clearTimeout(this.watchdog);
+    if (this.socket !== null) this.socket.onopen = this.socket.onmessage = this.socket.onclose = null;
     this.socket = null;
     this.events.state("lost");
     this.timer = setTimeout(() => {
@@ -67,6 +84,7 @@ export class Link {
   }
 
   private receive(data: unknown): void {
+    this.feedWatchdog();
     const record = data instanceof ArrayBuffer ? decode(data) : null;
     if (record === null) {
       ++this.ignored;

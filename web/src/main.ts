@@ -29,6 +29,7 @@ const link = new Link(feedAddress(), {
   record: receive,
   newFeed: () => {
     state = null;
+    link.mayBeSilent = false;
     view?.clear();
     alerts.clear();
     tools.showAlerts();
@@ -73,6 +74,7 @@ function feedAddress(): string {
 function receive(record: DiveRecord): void {
   if (record.type === "state") {
     state = record;
+    link.mayBeSilent = record.finished;
     status.show(record);
     scaleBar.setState(record);
   } else if (record.type === "alert") {

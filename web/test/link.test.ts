@@ -11,6 +11,10 @@ class FakeSocket {
   onopen?: () => void;
   onmessage?: (message: { data: unknown }) => void;
   onclose?: () => void;
+  close(): void {
+    this.isClosed = true;
+  }
+  isClosed = false;
   send(bytes: ArrayBuffer): void {
     this.sent.push(bytes);
   }
@@ -118,6 +122,32 @@ describe("Link", () => {
     receive(golden("state"));
     expect(link.ignored).toBe(4);
     expect(records.length).toBe(1);
+  });
+
+  it("gives up a connection on which it hears nothing, unless the dive is over", () => {
+    const { link, sockets, receive, states } = start();
+    receive(golden("welcome"));
+    vi.advanceTimersByTime(9_000);
+    receive(golden("statistics"));
+    vi.advanceTimersByTime(9_000);
+    expect(states.at(-1)).toBe("live");
+    vi.advanceTimersByTime(1_000);
+    expect(states.at(-1)).toBe("lost");
+    expect(sockets[0]?.isClosed).toBe(true);
+    vi.advanceTimersByTime(500);
+    expect(sockets.length).toBe(2);
+    receive(golden("welcome"));
+    link.mayBeSilent = true;
+    vi.advanceTimersByTime(60_000);
+    expect(sockets.length).toBe(2);
+    expect(states.at(-1)).toBe("live");
+  });
+
+  it("tries again when a server accepts and never answers", () => {
+    const { sockets, socket } = start();
+    socket().onopen?.();
+    vi.advanceTimersByTime(10_500);
+    expect(sockets.length).toBe(2);
   });
 
   it("calls news only what comes after it was brought up to date", () => {

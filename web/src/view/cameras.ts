@@ -80,7 +80,6 @@ export class Cameras {
     rim.frustumCulled = false;
     this.vehicle.add(rim);
     this.vehicle.renderOrder = 10;
-    this.vehicle.visible = false;
     this.path.visible = false;
     this.frusta.frustumCulled = this.path.frustumCulled = this.vehicle.frustumCulled = false;
     this.object.add(this.frusta, this.path);
@@ -145,13 +144,11 @@ export class Cameras {
     this.slots = new Map();
     this.newest = null;
     this.frusta.geometry.instanceCount = 0;
-    this.vehicle.visible = false;
     this.pathIsStale = true;
   }
 
   private setVehicle(pose: Pose): void {
     this.newest = pose;
-    this.vehicle.visible = true;
     this.vehicle.position.fromArray(this.origin.toScene(pose.position));
     this.vehicle.quaternion.fromArray(pose.rotation);
   }

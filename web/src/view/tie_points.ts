@@ -33,7 +33,7 @@ export class TiePointCloud {
     const material = new ShaderMaterial({
       vertexShader: VERTEX,
       fragmentShader: FRAGMENT,
-      uniforms: { size: { value: 3 } },
+      uniforms: { size: { value: 2 } },
     });
     this.object = new Points(new BufferGeometry(), material);
     this.object.frustumCulled = false;

@@ -156,7 +156,7 @@ export class View {
     this.planes.object.visible = layers.planes !== "off";
     if (layers.planes !== "off") this.planes.setStyle(layers.planes);
     this.tiePoints.object.visible = layers.tiePoints;
-    this.cameras.object.visible = layers.cameras;
+    this.cameras.object.visible = this.cameras.vehicle.visible = layers.cameras;
     this.cameras.setPyramids(this.eye.look === "scene");
     this.draw();
   }
@@ -197,7 +197,7 @@ export class View {
     const moving = this.frame(seconds);
     this.eye.clip(this.bounds);
     const vehicle = this.cameras.vehicle;
-    vehicle.scale.setScalar(VEHICLE_PX * this.eye.sizeOfPixel(vehicle.position));
+    vehicle.scale.setScalar(this.cameras.newest === null ? 0 : VEHICLE_PX * this.eye.sizeOfPixel(vehicle.position));
     this.renderer.render(this.scene, this.eye.camera);
     this.onDrawn();
     if (moving) this.draw();
