@@ -22,6 +22,8 @@ namespace {
 const Bytes kJpeg = {0xFF, 0xD8, 0xFF, 0xE0, 1, 2, 3, 0xFF, 0xD9};
 const Bytes kPng = {0x89, 'P', 'N', 'G', '\r', '\n', 0x1A, '\n', 1, 2};
 
+constexpr Hello kHello{0xFEDCBA9876543210, 12345678901};
+
 State state_sample() {
   return {.tracking = TrackingState::tracking,
           .axes = SurveyAxes::attitude,
@@ -112,7 +114,7 @@ Statistics statistics_sample() {
 }
 
 template <class T>
-auto again(std::optional<T> (*decode)(View)) {
+auto again(std::optional<T> (*decode)(View record)) {
   return [decode](View record) -> std::optional<Bytes> {
     const std::optional<T> value = decode(record);
     return value ? std::optional(encode(*value)) : std::nullopt;
@@ -126,6 +128,9 @@ struct Sample {
 
 const std::map<std::string, Sample>& samples() {
   static const std::map<std::string, Sample> all = {
+      {"hello", {encode(kHello), again(decode_hello)}},
+      {"welcome", {encode(Welcome{0xFEDCBA9876543210, 7}), again(decode_welcome)}},
+      {"caught_up", {encode(CaughtUp{12345678901, 2}), again(decode_caught_up)}},
       {"state", {encode(state_sample()), again(decode_state)}},
       {"alert", {encode(alert_sample()), again(decode_alert)}},
       {"camera", {encode(camera_sample()), again(decode_camera)}},

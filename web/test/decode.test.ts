@@ -1,20 +1,17 @@
 // SPDX-FileCopyrightText: nadir contributors
 // SPDX-License-Identifier: Apache-2.0
-import { readdirSync, readFileSync } from "node:fs";
+import { readdirSync } from "node:fs";
 import { describe, expect, it } from "vitest";
 import { decode } from "../src/wire/decode";
-
-const GOLDEN = new URL("../../tests/wire/golden/", import.meta.url);
-
-function golden(name: string): ArrayBuffer {
-  return new Uint8Array(readFileSync(new URL(`${name}.bin`, GOLDEN))).buffer;
-}
+import { golden, GOLDEN } from "./golden";
 
 const JPEG = new Uint8Array([0xff, 0xd8, 0xff, 0xe0, 1, 2, 3, 0xff, 0xd9]);
 const PNG = new Uint8Array([0x89, 0x50, 0x4e, 0x47, 13, 10, 0x1a, 10, 1, 2]);
 
 /** The values tests/wire/records_test.cpp encodes. */
 const EXPECTED: Record<string, object> = {
+  welcome: { type: "welcome", feed: 0xfedcba9876543210n, newest: 7 },
+  caught_up: { type: "caught_up", upTo: 12345678901n, evicted: 2 },
   state: {
     type: "state",
     tracking: "tracking",
@@ -109,7 +106,7 @@ const EXPECTED: Record<string, object> = {
 describe("decode", () => {
   it("knows every golden record", () => {
     const files = readdirSync(GOLDEN).map((file) => file.replace(".bin", ""));
-    expect(files.sort()).toEqual(Object.keys(EXPECTED).sort());
+    expect(files.sort()).toEqual([...Object.keys(EXPECTED), "hello"].sort());
   });
 
   for (const [name, values] of Object.entries(EXPECTED)) {

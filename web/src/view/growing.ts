@@ -27,6 +27,12 @@ export class GrowingAttribute<T extends Numbers> {
     this.attribute.needsUpdate = true;
   }
 
+  clear(): void {
+    this.attribute.array.fill(0);
+    this.attribute.clearUpdateRanges();
+    this.attribute.needsUpdate = true;
+  }
+
   /** Makes room for so many items; true when the attribute is a new one. */
   reserve(items: number): boolean {
     if (items <= this.capacity) return false;

@@ -59,6 +59,7 @@ export class TiePointCloud {
     this.slots = new Map();
     this.used = 0;
     this.count = 0;
+    this.colours.clear();
     this.object.geometry.setDrawRange(0, 0);
   }
 
