@@ -32,10 +32,10 @@ struct Bisector {
   }
 };
 
-// The newer image's share in 1/256: by the bisector, but none at its own border and all at the
-// border of what is there.
+// The newer image's share in 1/256: by the bisector, but none at its own border, and all of it at
+// the border of what is there unless its own is as near.
 int share(float bisector, int newer_border, int older_border) {
-  float x = std::max(bisector, kFeather - static_cast<float>(older_border));
+  float x = std::max(bisector, static_cast<float>(newer_border - older_border) - kFeather);
   x = std::min(x, static_cast<float>(newer_border) - kFeather);
   x = std::clamp(x, -kFeather, kFeather);
   return static_cast<int>((x + kFeather) * (128 / kFeather));
