@@ -90,7 +90,7 @@ cv::Vec4b mix(const cv::Vec4b& older, const cv::Vec4b& newer, int share) {
 Outline outline(const cv::Mat& bgra) {
   Outline outline;
   cv::extractChannel(bgra, outline.border, 3);
-  const cv::Moments moments = cv::moments(outline.border, true);
+  const cv::Moments moments = cv::moments(outline.border);
   if (moments.m00 > 0) {
     outline.centre = cv::Point2d(moments.m10 / moments.m00, moments.m01 / moments.m00);
   }
