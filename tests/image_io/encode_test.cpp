@@ -29,6 +29,16 @@ TEST(Encode, WritesTheSamePixelsWithEitherEffort) {
   EXPECT_EQ(largest_difference(decoded.image, image), 0);
 }
 
+TEST(Encode, KeepsAlphaAndTheColoursUnderIt) {
+  cv::Mat image = gradient(50, 40, CV_8UC4);
+  image.at<cv::Vec4b>(3, 5) = {9, 8, 7, 0};
+  const Decoded decoded = decode_bgra(encode_png(image));
+  ASSERT_EQ(decoded.fault, "");
+  EXPECT_EQ(largest_difference(decoded.image, image), 0);
+  EXPECT_EQ(decoded.image.at<cv::Vec4b>(3, 5), cv::Vec4b(9, 8, 7, 0));
+  EXPECT_NE(decode_bgra(encode_png(gradient(50, 40))).fault, "");
+}
+
 TEST(Encode, HalvesChromaOnlyWhenAsked) {
   cv::Mat stripes(32, 32, CV_8UC3, cv::Scalar(20, 20, 220));
   for (int x = 0; x < 32; x += 2) stripes.col(x).setTo(cv::Scalar(220, 20, 20));
