@@ -171,8 +171,7 @@ Dive::Dive(const fs::path& folder, const DiveInfo& info, const Config& config)
 Dive::Dive(const fs::path& folder, const DiveInfo& info, const Config& config, Disk& disk) {
   config.check();
   state_ = std::make_unique<State>(disk, folder, config);
-  require(state_->journal.append(RecordType::begin, encode_begin(info.about, info.survey_axes)),
-          folder);
+  require(state_->journal.append(RecordType::begin, encode_begin(info.about)), folder);
 }
 
 Dive::~Dive() = default;
@@ -180,13 +179,15 @@ Dive::~Dive() = default;
 std::vector<Alert> Dive::add(const Entry& entry) {
   State& s = *state_;
   Facts facts = facts_of(entry);
-  ++s.seen;
-  s.captured = std::max(s.captured, facts.image + 1);
+  if (facts.of_shot) {
+    ++s.seen;
+    s.captured = std::max(s.captured, facts.image + 1);
+  }
   const int image_error = s.save_projected(entry, facts);
   facts.alerts.insert(facts.alerts.begin(), s.pending.begin(), s.pending.end());
   const int journal_error = s.journal.append(RecordType::shot, encode(facts));
   if (journal_error == 0) {
-    ++s.saved;
+    if (facts.of_shot) ++s.saved;
     s.pending.clear();
     // A name not given now is given by finish() or recover().
     if (facts.projected) s.projected.publish(*facts.projected);

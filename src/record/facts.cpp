@@ -85,7 +85,8 @@ namespace record {
 
 template <class Archive>
 void fields(Archive& archive, Is<WindowFacts> auto& window) {
-  archive(window.submap, window.scale.source, window.scale.sigma, window.rms_px, window.tie_points);
+  archive(window.submap, window.scale.source, window.scale.sigma, window.axes, window.rms_px,
+          window.tie_points);
 }
 
 template <class Archive>
@@ -100,9 +101,9 @@ void fields(Archive& archive, Is<TilePlace> auto& tile) {
 
 template <class Archive>
 void fields(Archive& archive, Is<Facts> auto& facts) {
-  archive(facts.image, facts.time, facts.name, facts.rejected, facts.dropped_before, facts.state,
-          facts.submap, facts.poses, facts.lost, facts.health, facts.window, facts.plane,
-          facts.grid, facts.mosaic, facts.projected, facts.tiles, facts.alerts);
+  archive(facts.of_shot, facts.image, facts.time, facts.name, facts.rejected, facts.dropped_before,
+          facts.state, facts.submap, facts.poses, facts.lost, facts.health, facts.window,
+          facts.plane, facts.grid, facts.mosaic, facts.projected, facts.tiles, facts.alerts);
 }
 
 namespace {
@@ -127,19 +128,24 @@ void append(std::vector<Alert>& to, const std::vector<Alert>& alerts) {
 }
 
 WindowFacts facts_of(const Window& window) {
-  WindowFacts facts{window.submap, window.scale, window.rms_px, {}};
+  WindowFacts facts{window.submap, window.scale, window.axes, window.rms_px, {}};
   std::ranges::copy_if(window.tie_points, std::back_inserter(facts.tie_points),
                        [](const TiePoint& point) { return point.x_in_survey.allFinite(); });
   return facts;
 }
 
-void add(const Orientation& orientation, Facts& facts) {
-  const Shot& shot = *orientation.shot;
+void add(const Shot& shot, Facts& facts) {
   facts.image = shot.image;
   facts.time = shot.time;
   facts.name = shot.name;
   facts.rejected = shot.frame == nullptr;
   facts.dropped_before = shot.dropped_before;
+  append(facts.alerts, shot.alerts);
+}
+
+void add(const Orientation& orientation, Facts& facts) {
+  facts.of_shot = orientation.shot != nullptr;
+  if (facts.of_shot) add(*orientation.shot, facts);
   facts.state = orientation.state;
   facts.submap = orientation.submap;
   std::ranges::copy_if(orientation.poses, std::back_inserter(facts.poses),
@@ -147,7 +153,6 @@ void add(const Orientation& orientation, Facts& facts) {
   facts.lost = orientation.lost;
   facts.health = orientation.health;
   if (orientation.window) facts.window = facts_of(*orientation.window);
-  append(facts.alerts, shot.alerts);
   append(facts.alerts, orientation.alerts);
 }
 
@@ -162,7 +167,7 @@ void add(const MosaicUpdate& update, Facts& facts) {
 TilePlace place_of(const Tile& tile) { return {tile.mosaic, tile.row, tile.column}; }
 
 Facts facts_of(const Entry& entry) {
-  NADIR_CHECK(entry.orientation && entry.orientation->shot);
+  NADIR_CHECK(entry.orientation);
   Facts facts;
   add(*entry.orientation, facts);
   if (entry.surface) {

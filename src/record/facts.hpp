@@ -19,6 +19,7 @@ namespace nadir::record {
 struct WindowFacts {
   std::uint32_t submap = 0;
   Scale scale;
+  SurveyAxes axes = SurveyAxes::none;
   double rms_px = 0;
   std::vector<TiePoint> tie_points;
 };
@@ -40,6 +41,7 @@ struct TilePlace {
 };
 
 struct Facts {
+  bool of_shot = true;  ///< false: what odometry settled after the last shot
   std::uint64_t image = 0;
   Time time = 0;
   std::string name;

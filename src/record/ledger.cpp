@@ -23,12 +23,16 @@ void add_shot(const Facts& facts, Ledger& ledger) {
   image.submap = facts.submap;
   image.health = facts.health;
   ledger.queue_full += facts.dropped_before;
+}
+
+void add_orientation(const Facts& facts, Ledger& ledger) {
   for (const ImagePose& pose : facts.poses) add_pose(pose, ledger);
   for (const std::uint64_t lost : facts.lost) ledger.images[lost].final.reset();
 }
 
 void add_window(const WindowFacts& window, std::uint64_t sequence, Ledger& ledger) {
   ++ledger.windows;
+  if (ledger.axes == SurveyAxes::none) ledger.axes = window.axes;
   ledger.scales[window.submap] = window.scale;
   for (const TiePoint& point : window.tie_points) {
     ledger.tie_points[point.id] = sequence;
@@ -44,7 +48,8 @@ void add_grid(const Grid& grid, Ledger& ledger) {
 }
 
 void add_facts(const Facts& facts, std::uint64_t sequence, Ledger& ledger) {
-  add_shot(facts, ledger);
+  if (facts.of_shot) add_shot(facts, ledger);
+  add_orientation(facts, ledger);
   if (facts.window) add_window(*facts.window, sequence, ledger);
   if (facts.plane) ++ledger.planes;
   if (facts.grid) add_grid(*facts.grid, ledger);
@@ -57,7 +62,7 @@ void add_facts(const Facts& facts, std::uint64_t sequence, Ledger& ledger) {
 bool add_begin(const Bytes& payload, Ledger& ledger) {
   std::string about;
   Decoder decoder(payload);
-  decoder(about, ledger.survey_axes);
+  decoder(about);
   ledger.about = nlohmann::json::parse(about, nullptr, false);
   return decoder.ended() && ledger.about.is_object();
 }
@@ -134,9 +139,9 @@ Ledger read_ledger(const path& dive) {
   return ledger;
 }
 
-Bytes encode_begin(const nlohmann::json& about, const std::string& survey_axes) {
+Bytes encode_begin(const nlohmann::json& about) {
   Encoder encoder;
-  encoder(about.dump(-1, ' ', false, nlohmann::json::error_handler_t::replace), survey_axes);
+  encoder(about.dump(-1, ' ', false, nlohmann::json::error_handler_t::replace));
   return encoder.take();
 }
 

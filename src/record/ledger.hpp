@@ -37,7 +37,7 @@ struct ImageCounts {
 
 struct Ledger {
   nlohmann::json about;  ///< what was known when the dive began
-  std::string survey_axes;
+  SurveyAxes axes = SurveyAxes::none;  ///< of the first window
   std::map<std::uint64_t, ImageFacts> images;
   std::vector<Alert> alerts;
   /// Id of a tie point to the sequence of the record with its newest state.
@@ -61,7 +61,7 @@ struct Ledger {
 Ledger read_ledger(const path& dive);
 
 /// First record and last of a journal.
-Bytes encode_begin(const nlohmann::json& about, const std::string& survey_axes);
+Bytes encode_begin(const nlohmann::json& about);
 Bytes encode_end(std::uint64_t captured, std::uint64_t dropped_after);
 
 }  // namespace nadir::record

@@ -85,7 +85,7 @@ std::string auxiliary_xml(const Ledger& ledger) {
   const bool metric = survey_unit(ledger.scale()) == "metres";
   const std::string name = metric ? "nadir survey" : "nadir survey, unscaled";
   const std::string unit = metric ? R"(UNIT["metre",1])" : R"(UNIT["unscaled",1])";
-  const bool north = ledger.survey_axes == "ahrs";
+  const bool north = ledger.axes == SurveyAxes::attitude;
   const std::string axes = north ? R"(AXIS["Easting",EAST],AXIS["Northing",NORTH])"
                                  : R"(AXIS["x",EAST],AXIS["y",NORTH])";
   return "<PAMDataset>\n  <SRS dataAxisToSRSAxisMapping=\"1,2\">LOCAL_CS[\"" + name + "\"," + unit +

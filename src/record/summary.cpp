@@ -76,7 +76,7 @@ json summary(const Ledger& ledger, double area, const Stamps& stamps, const json
   dive["scale"] = {{"source", to_string(scale.source)},
                    {"sigma", metric ? json(scale.sigma) : json()}};
   dive["survey_unit"] = survey_unit(scale);
-  dive["survey_axes"] = ledger.survey_axes;
+  dive["survey_axes"] = to_string(ledger.axes);
   dive["area_m2"] = metric ? json(area) : json();
   dive["area_survey_units"] = area;
   dive["drift"] = nullptr;

@@ -27,12 +27,11 @@ struct Config {
 
 /// What is known when the dive begins.
 struct DiveInfo {
-  std::string survey_axes = "first plane";  ///< or "ahrs"
   /// Members of dive.json as they are: input, configuration, versions.
   nlohmann::json about = nlohmann::json::object();
 };
 
-/// All that was made of one shot; any of the last three may be null (dropped on a live edge).
+/// All that was made of one shot, or (an orientation without a shot) after the last; any of the last three may be null (dropped on a live edge).
 struct Entry {
   std::shared_ptr<const Orientation> orientation;
   std::shared_ptr<const Surface> surface;
