@@ -42,6 +42,9 @@ class Graph {
   /// Waits until everything captured is mapped and recorded. Rethrows what a stage threw.
   void join();
 
+  /// Images dropped after the last that found room; after join().
+  std::uint32_t dropped_at_end() const { return dropped_; }
+
   /// Of every stage, for dive.json and the page.
   std::vector<StageStats> stats() const;
 

@@ -122,7 +122,8 @@ int run(const Replay& replay) {
   Graph graph(config, replay.rate, {source, dive, page ? &*page : nullptr, progress});
   interrupt.on_interrupt([&graph] { graph.stop(); });
   graph.join();
-  for (const Alert& alert : dive.finish(rates(graph, begun))) progress.add(alert);
+  for (const Alert& alert : dive.finish(rates(graph, begun), graph.dropped_at_end()))
+    progress.add(alert);
   progress.finish();
   if (page) page->finish();
   if (server && replay.keep_serving) interrupt.wait();

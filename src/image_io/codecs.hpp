@@ -13,6 +13,7 @@ Decoded decode_jpeg(std::span<const std::uint8_t> file, const Header& header, in
                     Colour colour);
 /// At full size.
 Decoded decode_png(std::span<const std::uint8_t> file, const Header& header, Colour colour);
+Decoded decode_png_bgra(std::span<const std::uint8_t> file, const Header& header);
 Decoded decode_tiff(std::span<const std::uint8_t> file, const Header& header, Colour colour);
 
 }  // namespace nadir::image_io

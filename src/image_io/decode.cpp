@@ -45,4 +45,15 @@ Decoded decode(std::span<const std::uint8_t> file, int width, int height, int di
   return decoded;
 }
 
+Decoded decode_bgra(std::span<const std::uint8_t> file) {
+  constexpr std::int64_t kMostPixels = 1 << 28;
+  const auto [header, fault] = read_header(file);
+  if (!header) return {{}, fault};
+  if (header->format != Format::png || header->channels != 4 || header->bits != 8) {
+    return {{}, "is not an 8-bit colour PNG with alpha"};
+  }
+  if (std::int64_t{header->width} * header->height > kMostPixels) return {{}, "is too large"};
+  return decode_png_bgra(file, *header);
+}
+
 }  // namespace nadir::image_io

@@ -60,9 +60,14 @@ void set_transforms(const Reader& reader, Colour colour) {
   png_read_update_info(reader.png, reader.info);
 }
 
-}  // namespace
+void set_bgra(const Reader& reader) {
+  png_set_bgr(reader.png);
+  png_set_interlace_handling(reader.png);
+  png_read_update_info(reader.png, reader.info);
+}
 
-Decoded decode_png(std::span<const std::uint8_t> file, const Header& header, Colour colour) {
+Decoded decode_as(std::span<const std::uint8_t> file, const Header& header, int type,
+                  void (*transform)(const Reader&)) {
   Reader reader;
   reader.rest = file;
   const auto damaged = [&] {
@@ -72,12 +77,12 @@ Decoded decode_png(std::span<const std::uint8_t> file, const Header& header, Col
   std::size_t row_size = 0;
   if (!png_guarded(reader.png, [&] {
         read_header(reader, header);
-        set_transforms(reader, colour);
+        transform(reader);
         row_size = png_get_rowbytes(reader.png, reader.info);
       })) {
     return damaged();
   }
-  cv::Mat image(header.height, header.width, colour == Colour::grey ? CV_8UC1 : CV_8UC3);
+  cv::Mat image(header.height, header.width, type);
   if (row_size != image.cols * image.elemSize()) return {{}, "damaged PNG: wrong row size"};
   std::vector<png_bytep> rows(static_cast<std::size_t>(image.rows));
   for (int row = 0; row < image.rows; ++row) rows[static_cast<std::size_t>(row)] = image.ptr(row);
@@ -89,6 +94,21 @@ Decoded decode_png(std::span<const std::uint8_t> file, const Header& header, Col
     return damaged();
   }
   return {image, {}};
+}
+
+}  // namespace
+
+Decoded decode_png(std::span<const std::uint8_t> file, const Header& header, Colour colour) {
+  if (colour == Colour::grey) {
+    return decode_as(file, header, CV_8UC1,
+                     [](const Reader& reader) { set_transforms(reader, Colour::grey); });
+  }
+  return decode_as(file, header, CV_8UC3,
+                   [](const Reader& reader) { set_transforms(reader, Colour::bgr); });
+}
+
+Decoded decode_png_bgra(std::span<const std::uint8_t> file, const Header& header) {
+  return decode_as(file, header, CV_8UC4, set_bgra);
 }
 
 }  // namespace nadir::image_io

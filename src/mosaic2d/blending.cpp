@@ -32,10 +32,10 @@ struct Bisector {
   }
 };
 
-// The newer image's share in 1/256: by the bisector, but none at its own border and all at the
-// border of what is there.
+// The newer image's share in 1/256: by the bisector, but none at its own border, and all of it at
+// the border of what is there unless its own is as near.
 int share(float bisector, int newer_border, int older_border) {
-  float x = std::max(bisector, kFeather - static_cast<float>(older_border));
+  float x = std::max(bisector, static_cast<float>(newer_border - older_border) - kFeather);
   x = std::min(x, static_cast<float>(newer_border) - kFeather);
   x = std::clamp(x, -kFeather, kFeather);
   return static_cast<int>((x + kFeather) * (128 / kFeather));
@@ -90,7 +90,7 @@ cv::Vec4b mix(const cv::Vec4b& older, const cv::Vec4b& newer, int share) {
 Outline outline(const cv::Mat& bgra) {
   Outline outline;
   cv::extractChannel(bgra, outline.border, 3);
-  const cv::Moments moments = cv::moments(outline.border, true);
+  const cv::Moments moments = cv::moments(outline.border);
   if (moments.m00 > 0) {
     outline.centre = cv::Point2d(moments.m10 / moments.m00, moments.m01 / moments.m00);
   }

@@ -12,7 +12,7 @@ namespace nadir::mosaic2d {
 
 /// What decides the seams of an image, from its alpha channel alone.
 struct Outline {
-  std::optional<cv::Point2d> centre;  ///< mean position of the pixels with alpha; none without any
+  std::optional<cv::Point2d> centre;  ///< mean position weighted by alpha; none without any
   cv::Mat border;  ///< CV_8UC1: city-block distance to the nearest pixel without alpha or outside
                    ///< the image, px, saturated at 32
 };

@@ -33,9 +33,12 @@ void scale(const std::uint8_t* in, const std::uint16_t* gain, std::uint8_t* out,
   }
 }
 
-cv::Mat gain_of(const cv::Mat& mean_log, cv::Size size) {
+// What the seabed leaves in the mean fades with the square root of the number of images, and so may
+// the smoothing that keeps it out.
+cv::Mat gain_of(const cv::Mat& mean_log, int images, cv::Size size) {
   cv::Mat smooth, fine;
-  cv::GaussianBlur(mean_log, smooth, {}, 2.0, 2.0, cv::BORDER_REPLICATE);
+  const double sigma = std::max(0.7, 3 / std::sqrt(images));  // cells
+  cv::GaussianBlur(mean_log, smooth, {}, sigma, sigma, cv::BORDER_REPLICATE);
   const cv::Scalar level = cv::mean(smooth);
   smooth.forEach<cv::Vec3f>([&](cv::Vec3f& cell, const int*) {
     for (int c = 0; c < 3; ++c) {
@@ -63,7 +66,7 @@ void LampPattern::learn(const cv::Mat& bgr) {
     const double weight = 1.0 / std::min(images_, kMemory);
     cv::addWeighted(mean_log_, 1 - weight, log, weight, 0, mean_log_);
   }
-  if (worth_updating(images_)) gain_ = gain_of(mean_log_, bgr.size());
+  if (worth_updating(images_)) gain_ = gain_of(mean_log_, images_, bgr.size());
 }
 
 cv::Mat LampPattern::flatten(const cv::Mat& bgr) {

@@ -13,6 +13,8 @@
 namespace nadir::mosaic2d {
 namespace {
 
+constexpr double kLongestSide = 16384;  // px of a projected image; viewers' textures end there
+
 View view_of(const Surface& surface, const Config& config) {
   const Window& window = *surface.window();
   View view;
@@ -29,18 +31,18 @@ bool too_steep(const Plane& plane, const Config& config) {
 
 // Two significant digits, upwards: 0.001873 becomes 0.0019.
 double rounded(double distance) {
-  const double unit = std::pow(10, std::floor(std::log10(distance)) - 1);
-  return std::ceil(distance / unit - 1e-9) * unit;
+  const double scale = std::pow(10, 1 - std::floor(std::log10(distance)));
+  return std::ceil(distance * scale - 1e-9) / scale;
 }
 
-// The finer of what the settings ask and the canvas allows.
+// What the settings ask, or as coarse as the canvas demands.
 double sampling_distance(const Footprint& seen, const Config& config) {
   const double wanted = config.ground_sampling_distance > 0 ? config.ground_sampling_distance
                                                             : rounded(seen.sampling_distance);
   const Eigen::Vector2d size = seen.most - seen.least;
   double allowed = std::sqrt(size.x() * size.y() / (config.max_megapixels * 1e6));
-  allowed = std::max(allowed, std::max(size.x(), size.y()) / 16384);
-  return wanted > 1.05 * allowed ? wanted : rounded(1.05 * allowed);
+  allowed = 1.05 * std::max(allowed, size.maxCoeff() / kLongestSide);
+  return wanted > allowed ? wanted : rounded(allowed);
 }
 
 MosaicGrid grid_of(std::uint32_t number, const Stand& stand, const Config& config) {
@@ -62,6 +64,17 @@ Alert alert(const Surface& surface, AlertKind kind, std::string message, std::st
   return {central.time, central.image, kind, std::move(message), std::move(remedy)};
 }
 
+Alert steep_alert(const Surface& surface) {
+  return alert(surface, AlertKind::not_planar,
+               "the seabed is too steep for a mosaic seen from above",
+               "the planar cloud and the sparse cloud go on");
+}
+
+Alert restart_alert(const Surface& surface, const std::string& why) {
+  return alert(surface, AlertKind::mosaic_restarted, "a new mosaic began: " + why,
+               "nothing to do: both mosaics are kept and share the survey's coordinates");
+}
+
 void require(bool good, const char* setting, const char* range) {
   if (!good) throw InputError(std::string(setting) + " must be " + range + "; correct the setting");
 }
@@ -78,6 +91,30 @@ struct Mosaicker::State {
     const std::uint32_t number = mosaic ? mosaic->grid().mosaic + 1 : 0;
     mosaic.emplace(grid_of(number, stand, config));
     rule.emplace(config, stand);
+  }
+
+  // Where the image lies in its mosaic's raster, a new mosaic's if the rule or the canvas says so;
+  // then `why` says it.
+  std::optional<cv::Rect> place(const Stand& stand, const Config& config, std::string& why) {
+    const double max_pixels = config.max_megapixels * 1e6;
+    if (mosaic) {
+      why = rule->reason(stand);
+      const auto pixels = raster(stand.footprint, mosaic->grid(), max_pixels);
+      if (why.empty() && pixels) return pixels;
+      if (why.empty()) why = "the image outgrew the mosaic's raster";
+    }
+    begin(stand, config);
+    return raster(stand.footprint, mosaic->grid(), max_pixels);
+  }
+
+  ProjectedImage project(const Window& window, const View& view, const cv::Rect& pixels,
+                         bool even_light) {
+    const cv::Mat& colour = window.central->colour;
+    ProjectedImage image =
+        project_image(even_light ? lamps.flatten(colour) : colour, view, mosaic->grid(), pixels);
+    image.image = window.central_pose().image;
+    if (even_light) apply_gain(image.bgra, mosaic->gain_to_match(image));
+    return image;
   }
 };
 
@@ -104,48 +141,23 @@ MosaicUpdate Mosaicker::process(std::shared_ptr<const Surface> source) {
   update.surface = std::move(source);
   const Surface& surface = *update.surface;
   if (!surface.plane) return update;
-  if (too_steep(*surface.plane, config_)) {
-    if (!std::exchange(state_->warned_of_slope, true)) {
-      update.alerts.push_back(alert(surface, AlertKind::not_planar,
-                                    "the seabed is too steep for a mosaic seen from above",
-                                    "the planar cloud and the sparse cloud go on"));
-    }
-    return update;
-  }
-  state_->warned_of_slope = false;
+  const bool steep = too_steep(*surface.plane, config_);
+  if (steep && !state_->warned_of_slope) update.alerts.push_back(steep_alert(surface));
+  state_->warned_of_slope = steep;
+  if (steep) return update;
+
   const View view = view_of(surface, config_);
   const std::optional<Footprint> seen = footprint(view);
   if (!seen) return update;
-
+  std::string why;
   const Stand stand{surface.window()->submap, *surface.plane, *seen};
-  const double max_pixels = config_.max_megapixels * 1e6;
-  std::string why = state_->rule ? state_->rule->reason(stand) : std::string{};
-  std::optional<cv::Rect> pixels;
-  if (state_->mosaic && why.empty()) {
-    pixels = raster(*seen, state_->mosaic->grid(), max_pixels);
-    if (!pixels) why = "the image outgrew the mosaic's raster";
-  }
-  if (!pixels) {
-    state_->begin(stand, config_);
-    pixels = raster(*seen, state_->mosaic->grid(), max_pixels);
-    if (!pixels) return update;
-  }
-  if (!why.empty()) {
-    update.alerts.push_back(alert(surface, AlertKind::mosaic_restarted,
-                                  "a new mosaic began: " + why,
-                                  "both are kept and lie in the same survey coordinates"));
-  }
-  const cv::Mat& colour = surface.window()->central->colour;
-  Mosaic& mosaic = *state_->mosaic;
-  ProjectedImage image = project_image(config_.even_light ? state_->lamps.flatten(colour) : colour,
-                                       view, mosaic.grid(), *pixels);
-  image.image = surface.window()->central_pose().image;
-  if (config_.even_light) {
-    apply_gain(image.bgra, mosaic.gain_to_match(image));
-  }
-  update.tiles = mosaic.add(image);
-  update.grid = mosaic.grid();
-  update.projected = std::move(image);
+  const std::optional<cv::Rect> pixels = state_->place(stand, config_, why);
+  if (!why.empty()) update.alerts.push_back(restart_alert(surface, why));
+  if (!pixels) return update;
+
+  update.projected = state_->project(*surface.window(), view, *pixels, config_.even_light);
+  update.tiles = state_->mosaic->add(*update.projected);
+  update.grid = state_->mosaic->grid();
   return update;
 }
 

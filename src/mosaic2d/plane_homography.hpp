@@ -24,9 +24,10 @@ std::optional<Eigen::Vector3d> ground_point(const View& view, const Eigen::Vecto
 
 /// The image's extent on the ground.
 struct Footprint {
-  Eigen::Vector2d least, most;   ///< survey XY
-  Eigen::Vector3d centre;        ///< ground point of the image centre
-  double viewing_distance = 0;   ///< from the camera to it
+  Eigen::Vector2d least = Eigen::Vector2d::Zero();  ///< survey XY
+  Eigen::Vector2d most = Eigen::Vector2d::Zero();
+  Eigen::Vector3d centre = Eigen::Vector3d::Zero();  ///< ground point of the image centre
+  double viewing_distance = 0;                       ///< from the camera to it
   double sampling_distance = 0;  ///< of the image itself there, survey units per px
 };
 

@@ -50,6 +50,7 @@ struct Map {
   std::uint32_t submap = 0;
   std::uint64_t first_id = 0;  ///< id of points[0] in the dive
   Scale scale;
+  SurveyAxes axes = SurveyAxes::none;
 
   const KeyFrame& last() const { return key_frames.back(); }
   KeyFrame& key_frame(int i) { return key_frames[static_cast<std::size_t>(i)]; }

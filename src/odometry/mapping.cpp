@@ -285,6 +285,7 @@ Window make_window(const Map& map, int window, const AdjustmentSummary& summary)
   Window result;
   result.submap = map.submap;
   result.scale = map.scale;
+  result.axes = map.axes;
   result.rms_px = summary.rms_px;
   result.iterations = summary.iterations;
   result.converged = summary.converged;

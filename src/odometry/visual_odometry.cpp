@@ -232,6 +232,7 @@ bool VisualOdometry::State::start(Orientation& out) {
   const auto placed = placement(make_window(*map, config.initial_images, summary), frames);
   move(*map, placed.survey_from_odometry);
   map->scale = placed.scale;
+  map->axes = placed.axes;
   const Frame& first = *key_images.front()->frame;
   if (map->submap > 0) {
     out.alerts.push_back({first.time, first.image, AlertKind::submap_started,

@@ -30,8 +30,7 @@ std::optional<Vector2d> half_sides(const CameraModel& camera, const Vector2d& ce
   return half;
 }
 
-// A pixel per sample or a little more; the rest is bilinear interpolation.
-int samples_per_cell(const CameraModel& camera, int columns, int rows) {
+int pixels_per_cell(const CameraModel& camera, int columns, int rows) {
   const int across = (camera.width + columns - 1) / columns;
   const int down = (camera.height + rows - 1) / rows;
   return std::max({1, across, down});
@@ -48,14 +47,17 @@ std::optional<UndistortedGrid> undistorted_grid(const CameraModel& camera, int c
   const double x = 2 * half->x() / columns, y = 2 * half->y() / rows;  // cell sides
   grid.camera_from_grid << x, 0, centre->x() - x * (columns - 1) / 2,  //
       0, y, centre->y() - y * (rows - 1) / 2, 0, 0, 1;
-  grid.fineness = samples_per_cell(camera, columns, rows);
+  constexpr int kFine = 6;  // bounds the map: 1.3 million samples for 150 x 100 cells at worst
+  grid.divisor = std::max(1, pixels_per_cell(camera, columns, rows) / kFine);
+  const CameraModel reduced = camera.reduced(grid.divisor);
+  grid.fineness = pixels_per_cell(reduced, columns, rows);
 
   cv::Mat map(rows * grid.fineness, columns * grid.fineness, CV_32FC2);
   for (int row = 0; row < map.rows; ++row) {
     for (int column = 0; column < map.cols; ++column) {
       const Eigen::Vector3d cell((column + 0.5) / grid.fineness - 0.5,
                                  (row + 0.5) / grid.fineness - 0.5, 1);
-      const auto pixel = camera.project(grid.camera_from_grid * cell);
+      const auto pixel = reduced.project(grid.camera_from_grid * cell);
       if (!pixel) return std::nullopt;
       map.at<cv::Vec2f>(row, column) = {static_cast<float>(pixel->x()),
                                         static_cast<float>(pixel->y())};

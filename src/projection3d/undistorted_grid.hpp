@@ -12,8 +12,10 @@ namespace nadir::projection3d {
 
 struct UndistortedGrid {
   Eigen::Matrix3d camera_from_grid;  ///< ray (x, y, 1) through the centre of cell (column, row, 1)
-  int fineness = 1;                  ///< samples per cell and side, about one per pixel
-  cv::Mat pixels, fractions;         ///< CV_16SC2 and CV_16UC1 map of all samples, for cv::remap
+  int divisor = 1;                   ///< the image is reduced by, pixel areas averaged, before
+  int fineness = 1;                  ///< samples per cell and side, about one per reduced pixel
+  cv::Mat pixels, fractions;         ///< CV_16SC2 and CV_16UC1 map of all samples in the reduced
+                                     ///< image, for cv::remap
 };
 
 /// The largest grid centred on the image centre whose cells all lie inside the image; none when

@@ -162,7 +162,7 @@ void lay_targets(Layout& layout, Scene& scene, const Profile& profile, const Pat
                  int images) {
   constexpr double kThickness = 0.012;
   const double length = profile.spacing * (images - 1);
-  const int number = std::max(2, static_cast<int>(length / profile.targets) + 1);
+  const int number = std::max(4, static_cast<int>(length / profile.targets) + 1);
   for (int i = 0; i < number; ++i) {
     const double arc = length * (i + layout.random().uniform(0.2, 0.8)) / number;
     const auto course = path.course(arc);

@@ -61,7 +61,7 @@ double close_in(const Blob& blob, const Ray& ray, double out, double gap_out, do
 // Walks from the enclosing sphere towards the rough surface by a share of the distance that hardly
 // a bump exceeds (sphere tracing, Hart 1996), longer where the surface was seen to come slowly.
 std::optional<double> walk(const Blob& blob, const Ray& ray, double enter, double leave) {
-  constexpr double kLeast = 0.01, kLongest = 3;  // of the radius; of the careful step
+  constexpr double kLeast = 0.005, kLongest = 2;  // of the radius; of the careful step
   const double share = (blob.arms > 0 ? 0.3 : 0.6) / ray.direction.norm();
   double t = enter, gap = outside(blob, ray.at(t)), slope = 0;  // fall of the gap per t
   while (t < leave) {

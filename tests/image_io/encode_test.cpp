@@ -29,6 +29,16 @@ TEST(Encode, WritesTheSamePixelsWithEitherEffort) {
   EXPECT_EQ(largest_difference(decoded.image, image), 0);
 }
 
+TEST(Encode, KeepsAlphaAndTheColoursUnderIt) {
+  cv::Mat image = gradient(50, 40, CV_8UC4);
+  image.at<cv::Vec4b>(3, 5) = {9, 8, 7, 0};
+  const Decoded decoded = decode_bgra(encode_png(image));
+  ASSERT_EQ(decoded.fault, "");
+  EXPECT_EQ(largest_difference(decoded.image, image), 0);
+  EXPECT_EQ(decoded.image.at<cv::Vec4b>(3, 5), cv::Vec4b(9, 8, 7, 0));
+  EXPECT_NE(decode_bgra(encode_png(gradient(50, 40))).fault, "");
+}
+
 TEST(Encode, HalvesChromaOnlyWhenAsked) {
   cv::Mat stripes(32, 32, CV_8UC3, cv::Scalar(20, 20, 220));
   for (int x = 0; x < 32; x += 2) stripes.col(x).setTo(cv::Scalar(220, 20, 20));
@@ -40,7 +50,7 @@ TEST(Encode, HalvesChromaOnlyWhenAsked) {
   EXPECT_GE(error(Chroma::halved), 60);
 }
 
-TEST(PngWriter, WritesTheSameFileInStripsAsAtOnce) {
+TEST(PngWriter, WritesInStripsWhatWasGiven) {
   const cv::Mat image = gradient(50, 40, CV_8UC4);
   File file;
   PngWriter writer(50, 40, 4, [&](std::span<const std::uint8_t> piece) {
@@ -49,11 +59,48 @@ TEST(PngWriter, WritesTheSameFileInStripsAsAtOnce) {
   });
   for (int row = 0; row < 40; row += 8) EXPECT_TRUE(writer.rows(image.rowRange(row, row + 8)));
   EXPECT_TRUE(writer.finish());
-  EXPECT_EQ(file, encode_png(image));
+  cv::Mat opaque;
+  cv::cvtColor(image, opaque, cv::COLOR_BGRA2BGR);
+  const Decoded decoded = decode(file, 50, 40, 1, Colour::bgr);
+  ASSERT_EQ(decoded.fault, "");
+  EXPECT_EQ(largest_difference(decoded.image, opaque), 0);
+}
+
+TEST(PngWriter, WritesSixteenBits) {
+  cv::Mat image = gradient(50, 40, CV_16UC1);
+  image.at<std::uint16_t>(3, 4) = 0x1234;
+  File file;
+  PngWriter writer(
+      50, 40, 1,
+      [&](std::span<const std::uint8_t> piece) {
+        file.insert(file.end(), piece.begin(), piece.end());
+        return true;
+      },
+      PngEffort::small, 16);
+  EXPECT_TRUE(writer.rows(image));
+  EXPECT_TRUE(writer.finish());
+  EXPECT_EQ(largest_difference(samples::raw_pixels(file), image), 0);
+  EXPECT_EQ(largest_difference(samples::raw_pixels(encode_png(image)), image), 0);
+}
+
+TEST(Encode, LeavesTheImageAsItWas) {
+  for (const int type : {CV_8UC1, CV_8UC3, CV_8UC4, CV_16UC1}) {
+    const cv::Mat image = gradient(50, 40, type), before = image.clone();
+    (void)encode_png(image);
+    EXPECT_EQ(largest_difference(image, before), 0);
+  }
+}
+
+TEST(Encode, KeepsAlpha) {
+  cv::Mat image = gradient(50, 40, CV_8UC4);
+  image.at<cv::Vec4b>(3, 4) = {10, 20, 30, 0};
+  const cv::Mat raw = samples::raw_pixels(encode_png(image));
+  EXPECT_EQ(raw.at<cv::Vec4b>(3, 4), cv::Vec4b(30, 20, 10, 0));
 }
 
 TEST(PngWriter, ReportsAFullDiskAndSendsNothingMore) {
-  const cv::Mat image = gradient(400, 300);
+  cv::Mat image(300, 400, CV_8UC3);
+  cv::RNG(3).fill(image, cv::RNG::UNIFORM, 0, 256);
   std::size_t taken = 0, calls_after_failure = 0;
   bool failed = false;
   PngWriter writer(400, 300, 3, [&](std::span<const std::uint8_t> piece) {

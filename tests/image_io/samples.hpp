@@ -70,6 +70,28 @@ inline File raw_png(const cv::Mat& rows, int colour_type, bool interlaced) {
   return file;
 }
 
+/// The pixels as a PNG stores them, by libpng: RGB order, all bits, alpha kept.
+inline cv::Mat raw_pixels(const File& file) {
+  png_structp png = png_create_read_struct(PNG_LIBPNG_VER_STRING, nullptr, nullptr, nullptr);
+  png_infop info = png_create_info_struct(png);
+  const std::uint8_t* at = file.data();
+  png_set_read_fn(png, &at, [](png_structp p, png_bytep to, png_size_t size) {
+    auto** from = static_cast<const std::uint8_t**>(png_get_io_ptr(p));
+    std::copy_n(*from, size, to);
+    *from += size;
+  });
+  png_read_info(png, info);
+  const bool deep = png_get_bit_depth(png, info) == 16;
+  if (deep) png_set_swap(png);
+  cv::Mat pixels(static_cast<int>(png_get_image_height(png, info)),
+                 static_cast<int>(png_get_image_width(png, info)),
+                 CV_MAKETYPE(deep ? CV_16U : CV_8U, png_get_channels(png, info)));
+  for (int y = 0; y < pixels.rows; ++y) png_read_row(png, pixels.ptr(y), nullptr);
+  png_read_end(png, nullptr);
+  png_destroy_read_struct(&png, &info, nullptr);
+  return pixels;
+}
+
 struct TiffKind {
   int photometric = PHOTOMETRIC_MINISBLACK;
   int compression = COMPRESSION_NONE;

@@ -156,6 +156,21 @@ TEST(PlaneProjection, ColoursThePointsAsTheGroundIs) {
   EXPECT_LT(worst, 2.0);  // rounding of the image, of the samples and of their mean
 }
 
+TEST(PlaneProjection, ColoursAGridOfFewCellsAsTruly) {
+  const Scene scene = tilted_scene(barrel_lens());
+  Config config;
+  config.columns = 30;
+  config.rows = 20;  // 19 pixels across a cell: the image is reduced first
+  const Cloud cloud = PlaneProjection(config).process(surface_of(scene, rendered(scene)));
+  ASSERT_TRUE(cloud.grid);
+  for (const CloudPoint& p : cloud.grid->points()) {
+    const cv::Vec3d bgr = ground_colour(p.x_in_survey.x(), p.x_in_survey.y());
+    for (int c = 0; c < 3; ++c) {
+      EXPECT_NEAR(bgr[c], p.rgb[static_cast<std::size_t>(2 - c)], 3);
+    }
+  }
+}
+
 TEST(PlaneProjection, AveragesThePixelsOfACell) {
   const Scene scene = tilted_scene({480, 320, 400, 400, 239.5, 159.5});
   cv::Mat checks(320, 480, CV_8UC3);

@@ -24,4 +24,8 @@ struct Decoded {
 Decoded decode(std::span<const std::uint8_t> file, int width, int height, int divisor,
                Colour colour);
 
+/// An 8-bit colour PNG with alpha, such as a projected image read back: CV_8UC4 BGRA, colours under
+/// alpha 0 as they were written. The size is the file's own, up to 2^28 px.
+Decoded decode_bgra(std::span<const std::uint8_t> file);
+
 }  // namespace nadir::image_io

@@ -1,0 +1,84 @@
+// SPDX-FileCopyrightText: nadir contributors
+// SPDX-License-Identifier: Apache-2.0
+// The HTTP and WebSocket server: hands out the page and streams records to its viewers, in a thread
+// of its own. Read-only: a viewer says hello and nothing else. RFC 9110, RFC 6455; the protocol is
+// in nadir/wire/README.md.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <memory>
+#include <span>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "nadir/wire/envelope.hpp"
+
+namespace nadir::serve {
+
+/// Where the page opens its WebSocket.
+constexpr std::string_view kFeedPath = "/feed";
+
+struct Config {
+  std::string address = "127.0.0.1";       ///< IP literal; "::" or "0.0.0.0" for every network
+  std::uint16_t port = 8765;               ///< 0: the system's choice
+  std::vector<std::string> names;          ///< host names this device goes by beside localhost
+  std::size_t max_clients = 32;            ///< viewers at a time
+  std::size_t client_bytes = 128 << 10;    ///< kernel send buffer of a viewer: what may be stale
+  std::size_t retained_bytes = 64u << 20;  ///< of records kept for late viewers; oldest data go
+  double header_timeout = 5;               ///< s, for a request's header and for the hello
+  double idle_timeout = 10;                ///< s without an answer to a ping
+  double stall_timeout = 30;               ///< s in which a viewer took nothing of what it is sent
+
+  /// Throws InputError.
+  void check() const;
+};
+
+/// A file of the page, compiled into the binary.
+struct Asset {
+  std::string path;  ///< as requested: "/index.html", which is also "/"
+  std::string content_type;
+  std::span<const std::uint8_t> gzip;  ///< outlives the server
+};
+
+/// How a record travels. In each lane a record takes the place of an older one of its key, also in
+/// what a slow or late viewer has still to be sent.
+enum class Lane {
+  state,  ///< alerts, state, counts: in order, before all else, never let go of before data
+  data,   ///< clouds, tiles: newest first
+  live,   ///< the current image: not part of what a viewer must have to be complete
+};
+
+class WebServer {
+ public:
+  /// Listens at once. Throws InputError when it cannot, with the address and the remedy.
+  WebServer(Config config, std::vector<Asset> assets);
+  ~WebServer();
+
+  std::uint16_t port() const;
+
+  /// Gives the record its sequence and sends it to every viewer, now and later. Does not wait for
+  /// any of them. From one thread.
+  void publish(Lane lane, std::uint64_t key, wire::Bytes record);
+
+  struct Stats {
+    std::uint64_t clients = 0;         ///< viewers connected
+    std::uint64_t retained_bytes = 0;  ///< of all records held
+    std::uint64_t evicted = 0;         ///< records let go to stay within Config::retained_bytes
+    std::uint64_t sent = 0;            ///< records, summed over viewers
+    std::uint64_t refused = 0;         ///< requests and viewers turned away
+    std::uint64_t timed_out = 0;       ///< viewers closed because they stalled or fell silent
+  };
+  /// Any thread.
+  Stats stats() const;
+
+  /// Says goodbye to the viewers and ends, within a second. Publishing after it does nothing.
+  void stop();
+
+ private:
+  class Reactor;
+  std::unique_ptr<Reactor> reactor_;
+};
+
+}  // namespace nadir::serve
