@@ -110,7 +110,7 @@ describe("Link", () => {
     socket().onclose?.();
     link.hurry();
     expect(sockets.length).toBe(8);
-    vi.advanceTimersByTime(60000);
+    vi.advanceTimersByTime(9000);
     expect(sockets.length).toBe(8);
   });
 
