@@ -195,6 +195,19 @@ std::string FieldFile::word(std::string_view key) const {
   return std::string(text);
 }
 
+std::vector<double> FieldFile::parse_numbers(std::string_view key, std::string_view text) const {
+  if (text.starts_with('[') && text.ends_with(']')) text = text.substr(1, text.size() - 2);
+  const std::string_view separators = syntax_ == Syntax::xml ? kSpace : ",";
+  std::vector<double> numbers;
+  while (!text.empty()) {
+    const std::size_t length = std::min(text.find_first_of(separators), text.size());
+    const std::string_view item = trimmed(text.substr(0, length));
+    if (!item.empty()) numbers.push_back(parse_number(key, item));
+    text.remove_prefix(std::min(text.size(), length + 1));
+  }
+  return numbers;
+}
+
 Eigen::MatrixXd FieldFile::matrix(std::string_view key) const {
   const char* const kRemedy = "write it as an opencv-matrix with rows, cols and data";
   const Field& field = required(key);
@@ -210,32 +223,21 @@ Eigen::MatrixXd FieldFile::matrix(std::string_view key) const {
     }
     fail(key, "has no " + std::string(name), kRemedy);
   };
-  constexpr double kMostPerSide = 64;
+  constexpr double kMostValues = 64;
   const double rows = parse_number(key, part("rows")), columns = parse_number(key, part("cols"));
-  if (!(rows >= 1 && columns >= 1 && rows * columns <= kMostPerSide)) {
+  if (!(rows >= 1 && columns >= 1 && rows * columns <= kMostValues)) {
     fail(key, "has an impossible size", kRemedy);
   }
-  std::string_view data = part("data");
-  if (data.starts_with('[') && data.ends_with(']')) data = data.substr(1, data.size() - 2);
-  Eigen::MatrixXd matrix(static_cast<int>(rows), static_cast<int>(columns));
-  const std::string_view separators = syntax_ == Syntax::xml ? " \t\r\n" : ",";
-  Eigen::Index count = 0;
-  while (!data.empty()) {
-    const std::size_t length = std::min(data.find_first_of(separators), data.size());
-    const std::string_view item = trimmed(data.substr(0, length));
-    data.remove_prefix(std::min(data.size(), length + 1));
-    if (item.empty()) continue;
-    if (count < matrix.size()) {
-      matrix(count / matrix.cols(), count % matrix.cols()) = parse_number(key, item);
-    }
-    ++count;
-  }
-  if (count != matrix.size()) {
+  using Matrix = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
+  Matrix matrix(static_cast<int>(rows), static_cast<int>(columns));
+  const std::vector<double> values = parse_numbers(key, part("data"));
+  if (values.size() != static_cast<std::size_t>(matrix.size())) {
     fail(key,
-         "has " + std::to_string(count) + " values for " + std::to_string(matrix.rows()) + " x " +
-             std::to_string(matrix.cols()),
+         "has " + std::to_string(values.size()) + " values for " + std::to_string(matrix.rows()) +
+             " x " + std::to_string(matrix.cols()),
          kRemedy);
   }
+  std::copy(values.begin(), values.end(), matrix.data());
   return matrix;
 }
 

@@ -48,6 +48,7 @@ class FieldFile {
   const Field* find(std::string_view key) const;
   const Field& required(std::string_view key) const;
   double parse_number(std::string_view key, std::string_view text) const;
+  std::vector<double> parse_numbers(std::string_view key, std::string_view text) const;
 
   std::string name_;
   std::string content_;

@@ -133,7 +133,7 @@ std::optional<double> value_at(const std::optional<SensorLog>& log, Time time) {
 
 }  // namespace
 
-FolderSource::FolderSource(fs::path folder, std::optional<fs::path> calibration,
+FolderSource::FolderSource(const fs::path& folder, const std::optional<fs::path>& calibration,
                            const Config& config)
     : state_(std::make_unique<State>()) {
   config.check();

@@ -83,11 +83,12 @@ bool read_tiles(TIFF* tiff, cv::Mat& raw) {
   std::uint32_t width = 0, height = 0;
   TIFFGetField(tiff, TIFFTAG_TILEWIDTH, &width);
   TIFFGetField(tiff, TIFFTAG_TILELENGTH, &height);
+  // Tiles overhang the image by less than themselves; much larger ones are a trap.
   constexpr std::uint32_t kLargest = 1 << 14;
   if (width == 0 || height == 0 || width > kLargest || height > kLargest) return false;
-  // Tiles overhang the image by less than themselves.
-  if (TIFFTileSize(tiff) != static_cast<tmsize_t>(width * height * raw.elemSize())) return false;
-  if (width * height > 4 * raw.total() + (1u << 16)) return false;
+  const std::size_t area = std::size_t{width} * height;
+  if (area > 4 * raw.total() + (1u << 16)) return false;
+  if (TIFFTileSize(tiff) != static_cast<tmsize_t>(area * raw.elemSize())) return false;
   cv::Mat tile(static_cast<int>(height), static_cast<int>(width), raw.type());
   for (int y = 0; y < raw.rows; y += tile.rows) {
     for (int x = 0; x < raw.cols; x += tile.cols) {

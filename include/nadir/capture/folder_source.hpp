@@ -31,8 +31,8 @@ class FolderSource {
  public:
   /// calibration: instead of FOLDER/calib.yml. Throws InputError naming file, fault and remedy when
   /// there is no image, no image fits the calibration, or a file beside the images is malformed.
-  FolderSource(std::filesystem::path folder, std::optional<std::filesystem::path> calibration,
-               const Config& config);
+  FolderSource(const std::filesystem::path& folder,
+               const std::optional<std::filesystem::path>& calibration, const Config& config);
   ~FolderSource();
   FolderSource(FolderSource&&) noexcept;
   FolderSource& operator=(FolderSource&&) noexcept;
