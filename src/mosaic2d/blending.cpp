@@ -54,8 +54,10 @@ void along_row(std::uint8_t* row, std::vector<std::uint8_t>& padded, int count) 
   for (int step = 1; step < kFarInside; step *= 2) {
     std::fill(padded.begin(), padded.end(), std::uint8_t{0});
     std::copy(row, row + count, padded.begin() + step);
-    approach(row, padded.data(), step, count);
-    approach(row, padded.data() + 2 * step, step, count);
+    const std::uint8_t* left = padded.data();
+    const std::uint8_t* right = left + step + step;
+    approach(row, left, step, count);
+    approach(row, right, step, count);
   }
 }
 

@@ -33,6 +33,7 @@ std::vector<Vector3d> trusted_points(std::span<const TiePoint> tie_points, const
 
 double median_distance(const std::vector<Vector3d>& points, const Vector3d& camera) {
   std::vector<double> distances;
+  distances.reserve(points.size());
   for (const Vector3d& x : points) distances.push_back((x - camera).norm());
   const auto middle = distances.begin() + static_cast<std::ptrdiff_t>(distances.size() / 2);
   std::ranges::nth_element(distances, middle);
