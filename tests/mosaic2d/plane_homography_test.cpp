@@ -80,7 +80,7 @@ TEST_P(ProjectedSpot, LiesWhereTheWorldFileSays) {
   const Scene scene = tilted(camera, yaw, tilt, at);
   const View view = view_of(scene);
   const MosaicGrid grid = grid_at(at.head<2>() + Vector2d(0.4, 0.7), 0.005);
-  for (const Vector2d& pixel : {Vector2d(60, 50), {240, 130}, {400, 210}, {70, 220}, {420, 40}}) {
+  for (const Vector2d& pixel : {Vector2d(60, 50), {240, 130}, {400, 210}}) {
     const auto truth = ground_point(view, pixel);
     ASSERT_TRUE(truth);
     const cv::Mat image = test::render(scene, spot(truth->head<2>(), 0.03));
