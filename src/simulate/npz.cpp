@@ -38,8 +38,8 @@ std::string shape_of(const cv::Mat& array) {
   if (array.total() == 1) return "()";
   std::string shape = "(";
   shape += std::to_string(array.rows);
-  shape += ", ";
-  if (array.cols > 1) shape += std::to_string(array.cols);
+  shape += ',';
+  if (array.cols > 1) (shape += ' ') += std::to_string(array.cols);
   return shape + ")";
 }
 

@@ -30,7 +30,7 @@ Box seen_from(const Profile& profile, const Path& path, int images) {
   const double end = path.seconds(images - 1);
   for (double t = 0; t <= end + profile.interval / 4; t += profile.interval / 4) {
     const Vector2d xy = path.at(std::min(t, end)).x_in_local.head<2>();
-    box.low = box.low.cwiseMin(xy.array().matrix() - Vector2d::Constant(reach));
+    box.low = box.low.cwiseMin(xy - Vector2d::Constant(reach));
     box.high = box.high.cwiseMax(xy + Vector2d::Constant(reach));
   }
   return box;
@@ -48,9 +48,7 @@ double octave(const Vector2d& size_and_amplitude, int number, std::uint32_t seed
 Relief raise(const Profile& profile, std::uint32_t seed, const Box& box) {
   Relief relief;
   relief.cell = profile.cell;
-  // Nodes at whole multiples of the cell: a longer survey extends the same ground.
-  const auto down = [&](double x) { return std::floor(x / relief.cell) * relief.cell; };
-  relief.x0 = down(box.low.x()), relief.y0 = down(box.low.y());
+  relief.x0 = box.low.x(), relief.y0 = box.low.y();
   const int columns = static_cast<int>((box.high.x() - relief.x0) / relief.cell) + 2;
   const int rows = static_cast<int>((box.high.y() - relief.y0) / relief.cell) + 2;
   relief.height = cv::Mat1f(rows, columns);

@@ -17,12 +17,12 @@ namespace {
 
 using Eigen::Vector2d, Eigen::Vector3d;
 
-double median_grey(const cv::Mat1b& grey, const Vector2d& centre, double from,
-                                  double to) {
+double median_grey(const cv::Mat1b& grey, const Vector2d& centre, double from, double to) {
   std::vector<double> values;
   const int reach = static_cast<int>(std::ceil(to)) + 1;
   for (int row = cvRound(centre.y()) - reach; row <= cvRound(centre.y()) + reach; ++row) {
-    for (int column = cvRound(centre.x()) - reach; column <= cvRound(centre.x()) + reach; ++column) {
+    for (int column = cvRound(centre.x()) - reach; column <= cvRound(centre.x()) + reach;
+         ++column) {
       const double r = (Vector2d(column, row) - centre).norm();
       if (r < from || r > to) continue;
       values.push_back(grey(row, column));
@@ -61,8 +61,8 @@ Vector2d centroid_of_image(const CameraModel& camera, const Rigid3& camera_from_
   std::vector<Vector2d> rim;
   for (int i = 0; i < kCorners; ++i) {
     const double angle = 2 * std::numbers::pi * i / kCorners;
-    const Vector3d x = target.x_in_survey + target.disc / 2 * (std::cos(angle) * along +
-                                                               std::sin(angle) * across);
+    const Vector3d x =
+        target.x_in_survey + target.disc / 2 * (std::cos(angle) * along + std::sin(angle) * across);
     rim.push_back(*camera.project(camera_from_survey * x));
   }
   const Vector2d base = rim.front();
@@ -102,8 +102,7 @@ std::vector<double> disc_errors(const Survey& survey, int every) {
       const CameraModel& camera = seen.right ? rig.right->camera : rig.left;
       const Rigid3 camera_from_survey =
           seen.right ? rig.right->right_from_left * left_from_survey : left_from_survey;
-      const Vector2d eccentric =
-          centroid_of_image(camera, camera_from_survey, target) - seen.pixel;
+      const Vector2d eccentric = centroid_of_image(camera, camera_from_survey, target) - seen.pixel;
       const Vector2d measured =
           bright_centroid(seen.right ? right : left, seen.pixel, seen.disc_px) - eccentric;
       errors.push_back((measured - seen.pixel).norm());
@@ -128,8 +127,8 @@ TEST_P(EveryScene, DiscsAreSeenWhereTheTruthSaysInClearWater) {
   const auto errors = disc_errors(Survey(options), 3);
   ASSERT_GE(errors.size(), 2u);
   EXPECT_LT(errors.back(), 0.1);
-  std::printf("%zu discs, median %.3f, worst %.3f px\n", errors.size(),
-              errors[errors.size() / 2], errors.back());
+  std::printf("%zu discs, median %.3f, worst %.3f px\n", errors.size(), errors[errors.size() / 2],
+              errors.back());
 }
 
 // A particle before a disc moves its centroid; so does noise, by some 0.02 px.
@@ -141,8 +140,8 @@ TEST(Discs, AreSeenInBothCamerasThroughNoiseAndParticles) {
   const auto errors = disc_errors(Survey(options), 4);
   ASSERT_GE(errors.size(), 6u);
   EXPECT_LT(errors[errors.size() * 9 / 10 - 1], 0.1);
-  std::printf("%zu discs, median %.3f, worst %.3f px\n", errors.size(),
-              errors[errors.size() / 2], errors.back());
+  std::printf("%zu discs, median %.3f, worst %.3f px\n", errors.size(), errors[errors.size() / 2],
+              errors.back());
 }
 
 }  // namespace

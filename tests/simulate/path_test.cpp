@@ -23,8 +23,8 @@ TEST_P(EveryScene, SwimsOnAtItsSpacingWithoutJumps) {
   const Profile& p = profile(GetParam());
   const Path path(p, 1, level);
   for (int image = 1; image < p.images; ++image) {
-    const Vector3d step = path.at(path.seconds(image)).x_in_local -
-                          path.at(path.seconds(image - 1)).x_in_local;
+    const Vector3d step =
+        path.at(path.seconds(image)).x_in_local - path.at(path.seconds(image - 1)).x_in_local;
     EXPECT_GT(step.norm(), 0.5 * p.spacing) << image;
     EXPECT_LT(step.norm(), 1.6 * p.spacing + 0.1) << image;
   }

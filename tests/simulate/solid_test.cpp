@@ -14,8 +14,8 @@ namespace {
 using Eigen::Quaterniond, Eigen::Vector3d;
 
 TEST(Solid, ASmoothBlobIsAnEllipsoid) {
-  const Solid ball = make_blob(Material::rock, {1, 2, 3}, {0.5, 0.4, 0.3}, Quaterniond::Identity(),
-                               0, 1, 7);
+  const Solid ball =
+      make_blob(Material::rock, {1, 2, 3}, {0.5, 0.4, 0.3}, Quaterniond::Identity(), 0, 1, 7);
   const auto hit = ball.hit({{1, 2, 10}, {0, 0, -2}});
   ASSERT_TRUE(hit);
   EXPECT_NEAR(hit->t, 3.35, 1e-12);  // (10 - 3.3) / 2
@@ -41,8 +41,8 @@ TEST(Solid, ASlabShowsItsTopAndItsSides) {
 // Two eyes must agree where a rough surface is, or stereo truth is worthless.
 TEST(Solid, ARoughBlobIsAtTheSamePlaceFromEverywhere) {
   constexpr double kSame = 1e-4;  // metres: 0.05 px at 2 m with 1000 px focal length
-  Solid rock = make_blob(Material::coral, {0, 0, 0}, {0.4, 0.3, 0.2}, Quaterniond::Identity(), 0.15f,
-                         3, 11);
+  Solid rock =
+      make_blob(Material::coral, {0, 0, 0}, {0.4, 0.3, 0.2}, Quaterniond::Identity(), 0.15f, 3, 11);
   Random random(2);
   int seen = 0, agreed = 0, behind = 0;
   for (int i = 0; i < 2000; ++i) {
