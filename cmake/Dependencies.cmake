@@ -14,11 +14,6 @@ find_package(CLI11 REQUIRED)                          # app
 find_package(PkgConfig REQUIRED)
 pkg_check_modules(turbojpeg REQUIRED IMPORTED_TARGET libturbojpeg)      # image_io
 pkg_check_modules(systemd REQUIRED IMPORTED_TARGET libsystemd)          # app
-find_path(GEOGRAPHICLIB_INCLUDE GeographicLib/LocalCartesian.hpp REQUIRED)
-find_library(GEOGRAPHICLIB_LIBRARY GeographicLib GeographicLib REQUIRED)
-add_library(geographiclib INTERFACE)                  # reference
-target_include_directories(geographiclib SYSTEM INTERFACE ${GEOGRAPHICLIB_INCLUDE})
-target_link_libraries(geographiclib INTERFACE ${GEOGRAPHICLIB_LIBRARY})
 
 # OpenCV module by module: its own CMake package asks for all of libopencv-dev, of which nadir uses six.
 find_path(OPENCV_INCLUDE opencv2/core.hpp PATH_SUFFIXES opencv4 REQUIRED)

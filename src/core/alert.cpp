@@ -60,6 +60,20 @@ std::string_view to_string(TrackingState state) {
   return "unknown";
 }
 
+std::string_view to_string(SurveyAxes axes) {
+  switch (axes) {
+    case SurveyAxes::none:
+      return "none";
+    case SurveyAxes::first_plane:
+      return "first_plane";
+    case SurveyAxes::attitude:
+      return "attitude";
+    case SurveyAxes::first_camera:
+      return "first_camera";
+  }
+  return "unknown";
+}
+
 std::string_view to_string(ScaleSource source) {
   switch (source) {
     case ScaleSource::none:

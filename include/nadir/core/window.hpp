@@ -20,6 +20,16 @@ std::string_view to_string(TrackingState state);
 enum class ScaleSource { none, stereo, laser, typed, altitude, depth };
 std::string_view to_string(ScaleSource source);
 
+/// What gave the survey frame its axes.
+enum class SurveyAxes : std::uint8_t {
+  none,          ///< no map yet
+  first_plane,   ///< z along the first map's plane normal, x the first camera's x axis projected on
+                 ///< it
+  attitude,      ///< x east, y north, z up, from the AHRS
+  first_camera,  ///< no plane either: z against the mean viewing direction
+};
+std::string_view to_string(SurveyAxes axes);
+
 struct Scale {
   ScaleSource source = ScaleSource::none;
   double sigma = 0;  ///< relative, 1 sigma; 0 when unscaled
@@ -51,6 +61,7 @@ struct Window {
   std::vector<TiePoint> tie_points;
   std::shared_ptr<const Frame> central;  ///< frame of images[n / 2]
   Scale scale;
+  SurveyAxes axes = SurveyAxes::none;
   double rms_px = 0;
   int iterations = 0;
   bool converged = false;
@@ -86,6 +97,7 @@ struct Orientation {
 struct SubmapPlacement {
   Similarity3 survey_from_odometry;
   Scale scale;
+  SurveyAxes axes = SurveyAxes::none;
   bool uncertain = false;  ///< placed by attitude and dead reckoning only
 };
 

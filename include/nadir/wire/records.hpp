@@ -1,0 +1,155 @@
+// SPDX-FileCopyrightText: nadir contributors
+// SPDX-License-Identifier: Apache-2.0
+// The records a server sends to its viewers, paper 3.5; README.md beside this file is their
+// written form. Spatial records are in the survey frame, metres (survey units when unscaled).
+//
+// encode: throws ContractError when a number is not finite; over-long texts are shortened.
+// decode: none unless the bytes are exactly one whole record of this type and version with finite
+// numbers in their ranges.
+// key: under which a server retains the record; a newer record of the same key replaces it, and a
+// viewer that joins late is sent every retained record in the order of its sequence.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <optional>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "nadir/core/cloud.hpp"
+#include "nadir/core/stage_stats.hpp"
+#include "nadir/core/tile.hpp"
+#include "nadir/wire/envelope.hpp"
+
+namespace nadir::wire {
+
+using View = std::span<const std::uint8_t>;
+
+enum class RecordType : std::uint8_t {
+  state = 3,
+  alert = 4,
+  camera = 5,
+  pose = 6,
+  tie_points = 7,
+  plane_grid = 8,
+  plane_colour = 9,
+  mosaic = 10,
+  mosaic_tile = 11,
+  live_image = 12,
+  statistics = 13,
+};
+
+/// One for the run: the newest says where the dive stands.
+struct State {
+  TrackingState tracking = TrackingState::waiting;
+  SurveyAxes axes = SurveyAxes::none;
+  bool finished = false;  ///< the replay has ended; nothing more will come
+  Scale scale{};          ///< source none: unscaled
+  std::uint32_t submap = 0;
+  std::uint64_t image = 0;  ///< newest image processed
+  Time time = 0;            ///< of that image
+  std::uint64_t captured = 0, oriented = 0, lost = 0, dropped = 0;
+  std::uint64_t tie_points = 0, windows = 0, planes = 0, mosaic_tiles = 0;
+  std::uint64_t images_total = 0;  ///< 0: unknown
+  double rate_hz = 0;              ///< images processed per second of late
+  std::string input{};             ///< a name for people
+};
+
+struct AlertRecord {
+  std::uint64_t id = 0;  ///< counted from 0 in the run
+  Alert alert{};
+};
+
+/// The pinhole of undistorted images, for drawing: one for the run.
+struct CameraInfo {
+  std::uint32_t width = 0, height = 0;    ///< px
+  double fx = 0, fy = 0, cx = 0, cy = 0;  ///< px
+};
+
+/// Every tie point known whose id lies in [block * kTiePointBlock, (block + 1) * kTiePointBlock).
+constexpr std::uint64_t kTiePointBlock = 512;
+struct TiePoints {
+  struct Point {
+    std::uint16_t index = 0;  ///< id = block * kTiePointBlock + index; ascending
+    std::array<float, 3> offset{};
+    std::array<std::uint8_t, 3> rgb{};
+  };
+  std::uint64_t block = 0;
+  Eigen::Vector3d origin = Eigen::Vector3d::Zero();  ///< x_in_survey = origin + offset
+  std::vector<Point> points{};
+};
+
+/// A 3DSIP cloud's geometry, as in core's Grid. A correction of poses sends this again, and no
+/// pixels.
+struct PlaneGrid {
+  std::uint64_t image = 0;
+  std::uint32_t submap = 0;
+  std::uint16_t columns = 0, rows = 0;
+  Eigen::Matrix<double, 4, 3> survey_from_grid = Eigen::Matrix<double, 4, 3>::Zero();
+  Eigen::Vector3d camera_in_survey = Eigen::Vector3d::Zero();
+  double max_range = 0;
+};
+PlaneGrid plane_grid(const Grid& grid);
+
+/// Its colours: a JPEG of columns x rows pixels.
+struct PlaneColour {
+  std::uint64_t image = 0;
+  Bytes jpeg{};
+};
+
+struct MosaicTile {
+  std::uint32_t mosaic = 0;
+  std::int32_t column = 0, row = 0;
+  Bytes jpeg{};      ///< colours, MosaicGrid::kTileSize squared
+  Bytes mask_png{};  ///< 8-bit grey, 0 where nothing was seen; empty: all was seen
+};
+
+/// The current image: only the newest is retained.
+struct LiveImage {
+  std::uint64_t image = 0;
+  Time time = 0;
+  Bytes jpeg{};
+};
+
+struct Statistics {
+  std::vector<StageStats> stages{};
+};
+
+Bytes encode(const State& state);
+Bytes encode(const AlertRecord& alert);
+Bytes encode(const CameraInfo& camera);
+Bytes encode(const ImagePose& pose);
+Bytes encode(const TiePoints& points);
+Bytes encode(const PlaneGrid& grid);
+Bytes encode(const PlaneColour& colour);
+Bytes encode(const MosaicGrid& mosaic);  ///< world in survey X, Y; of the plane: normal and offset
+Bytes encode(const MosaicTile& tile);
+Bytes encode(const LiveImage& image);
+Bytes encode(const Statistics& statistics);
+
+std::optional<State> decode_state(View record);
+std::optional<AlertRecord> decode_alert(View record);
+std::optional<CameraInfo> decode_camera(View record);
+std::optional<ImagePose> decode_pose(View record);
+std::optional<TiePoints> decode_tie_points(View record);
+std::optional<PlaneGrid> decode_plane_grid(View record);
+std::optional<PlaneColour> decode_plane_colour(View record);
+std::optional<MosaicGrid> decode_mosaic(View record);
+std::optional<MosaicTile> decode_mosaic_tile(View record);
+std::optional<LiveImage> decode_live_image(View record);
+std::optional<Statistics> decode_statistics(View record);
+
+std::uint64_t key(const State& state);
+std::uint64_t key(const AlertRecord& alert);
+std::uint64_t key(const CameraInfo& camera);
+std::uint64_t key(const ImagePose& pose);
+std::uint64_t key(const TiePoints& points);
+std::uint64_t key(const PlaneGrid& grid);
+std::uint64_t key(const PlaneColour& colour);
+std::uint64_t key(const MosaicGrid& mosaic);
+std::uint64_t key(const MosaicTile& tile);
+std::uint64_t key(const LiveImage& image);
+std::uint64_t key(const Statistics& statistics);
+
+}  // namespace nadir::wire

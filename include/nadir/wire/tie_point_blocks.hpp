@@ -1,0 +1,28 @@
+// SPDX-FileCopyrightText: nadir contributors
+// SPDX-License-Identifier: Apache-2.0
+// The dive's tie points in blocks of ids, so that what a window adds or moves replaces whole
+// retained records.
+#pragma once
+
+#include <map>
+#include <span>
+#include <vector>
+
+#include "nadir/core/window.hpp"
+#include "nadir/wire/records.hpp"
+
+namespace nadir::wire {
+
+class TiePointBlocks {
+ public:
+  /// Takes the points in, new or known, and returns the whole of each block they touched, blocks
+  /// ascending.
+  std::vector<TiePoints> update(std::span<const TiePoint> points);
+  /// Tie points known.
+  std::size_t size() const;
+
+ private:
+  std::map<std::uint64_t, TiePoints> blocks_;
+};
+
+}  // namespace nadir::wire

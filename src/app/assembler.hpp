@@ -1,0 +1,54 @@
+// SPDX-FileCopyrightText: nadir contributors
+// SPDX-License-Identifier: Apache-2.0
+// Brings together again what the stages made of one shot, in the shots' order, whatever the
+// threads' timing: so that the journal of a replay has the same bytes twice.
+#pragma once
+
+#include <cstdint>
+#include <deque>
+#include <functional>
+#include <limits>
+
+#include "nadir/record/dive.hpp"
+
+namespace nadir::app {
+
+/// An entry is whole when each of its parts has come, or a part of a later shot has come in its
+/// place (the part was dropped on a live edge), or the stream has ended.
+class Assembler {
+ public:
+  explicit Assembler(std::function<void(const record::Entry&)> whole) : whole_(std::move(whole)) {}
+
+  void add(std::shared_ptr<const Orientation> orientation) {
+    take(orientations_, std::move(orientation));
+  }
+  void add(std::shared_ptr<const Surface> surface) { take(surfaces_, std::move(surface)); }
+  void add(std::shared_ptr<const Cloud> cloud) { take(clouds_, std::move(cloud)); }
+  void add(std::shared_ptr<const MosaicUpdate> mosaic) { take(mosaics_, std::move(mosaic)); }
+  /// Nothing more will come.
+  void finish();
+
+ private:
+  template <class T>
+  using Stream = std::deque<std::shared_ptr<const T>>;
+
+  template <class T>
+  void take(Stream<T>& stream, std::shared_ptr<const T> part) {
+    stream.push_back(std::move(part));
+    emit_whole();
+  }
+  void emit_whole();
+  template <class T>
+  bool is_decided(const Stream<T>& stream) const {
+    return ended_ || !stream.empty();
+  }
+
+  std::function<void(const record::Entry&)> whole_;
+  Stream<Orientation> orientations_;
+  Stream<Surface> surfaces_;
+  Stream<Cloud> clouds_;
+  Stream<MosaicUpdate> mosaics_;
+  bool ended_ = false;
+};
+
+}  // namespace nadir::app

@@ -1,0 +1,99 @@
+// SPDX-FileCopyrightText: nadir contributors
+// SPDX-License-Identifier: Apache-2.0
+#include "config_file.hpp"
+
+#include <toml++/toml.h>
+
+#include <fstream>
+#include <sstream>
+
+#include "nadir/core/check.hpp"
+
+namespace nadir::app {
+namespace {
+
+std::string place(const std::string& name, const toml::source_region& region) {
+  return name + ':' + std::to_string(region.begin.line) + ':' + std::to_string(region.begin.column);
+}
+
+Value value_of(const toml::node& node, const std::string& where) {
+  if (const auto* value = node.as_boolean()) return value->get();
+  if (const auto* value = node.as_integer()) return value->get();
+  if (const auto* value = node.as_floating_point()) return value->get();
+  if (const auto* value = node.as_string()) return value->get();
+  throw InputError(where + ": a setting is a number, true, false or a text in quotes");
+}
+
+void read_table(const toml::table& table, const std::string& name, Config& config) {
+  for (const auto& [room, node] : table) {
+    const toml::table* keys = node.as_table();
+    if (!keys) {
+      throw InputError(place(name, node.source()) + ": '" + std::string(room.str()) +
+                       "' stands alone; settings belong below a [room]");
+    }
+    for (const auto& [key, setting] : *keys) {
+      const std::string where = place(name, setting.source());
+      assign(config, std::string(room.str()) + '.' + std::string(key.str()),
+             value_of(setting, where), where);
+    }
+  }
+}
+
+toml::table parse(std::string_view text, const std::string& name) {
+  try {
+    return toml::parse(text);
+  } catch (const toml::parse_error& error) {
+    throw InputError(place(name, error.source()) + ": " + std::string(error.description()));
+  }
+}
+
+std::string as_toml(const Value& value) {
+  std::ostringstream text;
+  text.imbue(std::locale::classic());
+  std::visit([&](const auto& v) { text << toml::value(v); }, value);
+  return text.str();
+}
+
+}  // namespace
+
+void read_config_file(const std::filesystem::path& file, Config& config) {
+  std::ifstream stream(file, std::ios::binary);
+  if (!stream)
+    throw InputError(file.string() + ": cannot be read; check the name given to --config");
+  std::ostringstream text;
+  text << stream.rdbuf();
+  read_table(parse(text.str(), file.string()), file.string(), config);
+}
+
+void read_assignment(const std::string& assignment, Config& config) {
+  const std::string where = "--set " + assignment;
+  const auto equals = assignment.find('=');
+  if (equals == std::string::npos) throw InputError(where + ": the form is room.key=value");
+  const std::string text = assignment.substr(equals + 1);
+  Value value = text;
+  try {
+    const toml::table table = toml::parse("value = " + text);
+    value = value_of(*table.get("value"), where);
+  } catch (const toml::parse_error&) {
+    // a bare word, such as an address or a choice
+  }
+  assign(config, assignment.substr(0, equals), value, where);
+}
+
+std::string dump(const Config& config) {
+  std::ostringstream text;
+  std::string room;
+  for (const Setting& setting : settings()) {
+    const auto dot = setting.key.find('.');
+    if (setting.key.substr(0, dot) != room) {
+      text << (room.empty() ? "" : "\n");
+      room = setting.key.substr(0, dot);
+      text << '[' << room << "]\n";
+    }
+    text << setting.key.substr(dot + 1) << " = " << as_toml(setting.get(config)) << "  # "
+         << setting.meaning << '\n';
+  }
+  return text.str();
+}
+
+}  // namespace nadir::app

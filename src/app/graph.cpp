@@ -1,0 +1,219 @@
+// SPDX-FileCopyrightText: nadir contributors
+// SPDX-License-Identifier: Apache-2.0
+#include "graph.hpp"
+
+#include <thread>
+
+#include "nadir/core/check.hpp"
+
+namespace nadir::app {
+namespace {
+
+using pipeline::WhenFull;
+
+// Messages hold their images, so queues are short; the recorder's lets a slow card catch its
+// breath.
+constexpr std::size_t kDepth = 4;
+constexpr std::size_t kRecordDepth = 16;
+constexpr std::size_t kAlertDepth = 64;
+
+// At --rate max every edge waits and nothing is lost. Otherwise the working edges drop as they do
+// live. Those to the recorder and the page wait: the recorder must have every pose, and neither
+// ever waits for a network.
+WhenFull when_full(const Rate& rate) {
+  return rate.kind == Rate::Kind::max ? WhenFull::wait : WhenFull::drop;
+}
+
+reference::SurveyFrame::PlaneOf plane_of(const plane::Config& config) {
+  return [config](const Window& window) {
+    return plane::fit_plane(window.tie_points, window.images, config).plane;
+  };
+}
+
+Alert images_dropped(const Shot& shot, std::uint32_t count) {
+  return {
+      shot.time, shot.image, AlertKind::images_dropped,
+      std::to_string(count) + " images before this one were dropped, odometry could not keep up",
+      "lower the image rate or capture.scale"};
+}
+
+}  // namespace
+
+Graph::Graph(const Config& config, Rate rate, Ends ends)
+    : rate_(rate),
+      ends_(ends),
+      survey_(config.reference, plane_of(config.plane)),
+      odometry_(config.odometry,
+                [this](const Window& initial, const std::vector<Shared<Frame>>& frames) {
+                  return survey_.place(initial, frames);
+                }),
+      plane_(config.plane),
+      mosaicker_(config.mosaic2d),
+      projection_(config.projection3d),
+      assembler_([this](const record::Entry& entry) { write(entry); }),
+      shots_(kDepth, when_full(rate)),
+      orientations_(kDepth, when_full(rate)),
+      recorded_orientations_(kRecordDepth, WhenFull::wait, record_bell_),
+      page_orientations_(kDepth, WhenFull::wait, page_bell_),
+      projection_surfaces_(kDepth, when_full(rate)),
+      mosaic_surfaces_(kDepth, when_full(rate)),
+      recorded_surfaces_(kRecordDepth, WhenFull::wait, record_bell_),
+      page_surfaces_(kDepth, WhenFull::wait, page_bell_),
+      recorded_clouds_(kRecordDepth, WhenFull::wait, record_bell_),
+      page_clouds_(kDepth, WhenFull::wait, page_bell_),
+      recorded_mosaics_(kRecordDepth, WhenFull::wait, record_bell_),
+      page_mosaics_(kDepth, WhenFull::wait, page_bell_),
+      page_alerts_(kAlertDepth, WhenFull::drop, page_bell_) {
+  start_stages();
+}
+
+// Downstream first, so that every channel has its reader before its writer.
+void Graph::start_stages() {
+  using pipeline::from, pipeline::Stage;
+  if (ends_.page) {
+    Publisher& page = *ends_.page;
+    page_ = std::make_unique<Stage>(
+        "page",
+        std::vector{
+            from(page_alerts_, [&](const Shared<Alert>& alert) { page.publish(*alert); }),
+            from(page_orientations_,
+                 [&](const Shared<Orientation>& orientation) {
+                   page.publish(*orientation);
+                   publish_statistics();
+                 }),
+            from(page_surfaces_, [&](const Shared<Surface>& surface) { page.publish(*surface); }),
+            from(page_clouds_, [&](const Shared<Cloud>& cloud) { page.publish(*cloud); }),
+            from(page_mosaics_,
+                 [&](const Shared<MosaicUpdate>& mosaic) { page.publish(*mosaic); })},
+        [] {});
+  }
+  const auto assemble = [this](auto message) { assembler_.add(std::move(message)); };
+  record_ = std::make_unique<Stage>(
+      "record",
+      std::vector{from(recorded_orientations_, assemble), from(recorded_surfaces_, assemble),
+                  from(recorded_clouds_, assemble), from(recorded_mosaics_, assemble)},
+      [this] { page_alerts_.close(); }, [this] { assembler_.finish(); });
+  stitching_ = std::make_unique<Stage>(
+      "mosaic2d",
+      std::vector{from(mosaic_surfaces_, [this](Shared<Surface> s) { stitch(std::move(s)); })},
+      [this] {
+        recorded_mosaics_.close();
+        page_mosaics_.close();
+      });
+  projecting_ = std::make_unique<Stage>(
+      "projection3d",
+      std::vector{from(projection_surfaces_, [this](Shared<Surface> s) { project(std::move(s)); })},
+      [this] {
+        recorded_clouds_.close();
+        page_clouds_.close();
+      });
+  fitting_ = std::make_unique<Stage>(
+      "plane",
+      std::vector{from(orientations_, [this](Shared<Orientation> o) { fit(std::move(o)); })},
+      [this] {
+        projection_surfaces_.close();
+        mosaic_surfaces_.close();
+        recorded_surfaces_.close();
+        page_surfaces_.close();
+      });
+  orienting_ = std::make_unique<Stage>(
+      "odometry", std::vector{from(shots_, [this](Shared<Shot> shot) { orient(std::move(shot)); })},
+      [this] {
+        orientations_.close();
+        recorded_orientations_.close();
+        page_orientations_.close();
+      },
+      [this] { pass_on(odometry_.finish()); });
+  capture_ = std::make_unique<Stage>(
+      "capture", [this] { return capture_one(); }, [this] { shots_.close(); });
+  started_ = true;
+}
+
+bool Graph::capture_one() {
+  std::optional<Shot> shot = ends_.source.next();
+  if (!shot) return false;
+  wait_for(*shot);
+  shot->dropped_before += dropped_;
+  if (dropped_ > 0) shot->alerts.push_back(images_dropped(*shot, dropped_));
+  dropped_ = shots_.push(std::make_shared<const Shot>(*std::move(shot))) ? 0 : dropped_ + 1;
+  return true;
+}
+
+void Graph::orient(Shared<Shot> shot) { pass_on(odometry_.process(std::move(shot))); }
+
+void Graph::pass_on(Orientation orientation) {
+  survey_.observe(orientation);
+  const auto message = std::make_shared<const Orientation>(std::move(orientation));
+  recorded_orientations_.push(message);
+  to_page(page_orientations_, message);
+  orientations_.push(message);
+}
+
+void Graph::fit(Shared<Orientation> orientation) {
+  const auto message = std::make_shared<const Surface>(plane_.process(std::move(orientation)));
+  recorded_surfaces_.push(message);
+  to_page(page_surfaces_, message);
+  projection_surfaces_.push(message);
+  mosaic_surfaces_.push(message);
+}
+
+void Graph::project(Shared<Surface> surface) {
+  const auto message = std::make_shared<const Cloud>(projection_.process(std::move(surface)));
+  recorded_clouds_.push(message);
+  to_page(page_clouds_, message);
+}
+
+void Graph::stitch(Shared<Surface> surface) {
+  const auto message = std::make_shared<const MosaicUpdate>(mosaicker_.process(std::move(surface)));
+  recorded_mosaics_.push(message);
+  to_page(page_mosaics_, message);
+}
+
+void Graph::write(const record::Entry& entry) {
+  const std::vector<Alert> alerts = ends_.dive.add(entry);
+  ends_.progress.add(entry);
+  for (const Alert& alert : alerts) {
+    ends_.progress.add(alert);
+    to_page(page_alerts_, std::make_shared<const Alert>(alert));
+  }
+}
+
+void Graph::publish_statistics() {
+  constexpr auto kPeriod = std::chrono::seconds(1);
+  const auto now = std::chrono::steady_clock::now();
+  if (!started_ || now - told_ < kPeriod) return;
+  told_ = now;
+  ends_.page->publish(stats());
+}
+
+// A replay at a given rate hands an image out when a camera would have.
+void Graph::wait_for(const Shot& shot) {
+  if (!first_time_) first_time_ = shot.time;
+  double due_s = 0;
+  if (rate_.kind == Rate::Kind::fixed) due_s = static_cast<double>(shots_taken_) / rate_.hz;
+  if (rate_.kind == Rate::Kind::recorded) due_s = seconds(shot.time - *first_time_);
+  ++shots_taken_;
+  std::this_thread::sleep_until(begun_ + std::chrono::duration_cast<std::chrono::nanoseconds>(
+                                             std::chrono::duration<double>(due_s)));
+}
+
+void Graph::join() {
+  std::exception_ptr fault;
+  for (const auto* stage :
+       {&capture_, &orienting_, &fitting_, &projecting_, &stitching_, &record_, &page_}) {
+    if (!*stage) continue;
+    if (const std::exception_ptr of_stage = (*stage)->join(); of_stage && !fault) fault = of_stage;
+  }
+  if (fault) std::rethrow_exception(fault);
+}
+
+std::vector<StageStats> Graph::stats() const {
+  std::vector<StageStats> all;
+  for (const auto* stage :
+       {&capture_, &orienting_, &fitting_, &projecting_, &stitching_, &record_, &page_}) {
+    if (*stage) all.push_back((*stage)->stats());
+  }
+  return all;
+}
+
+}  // namespace nadir::app

@@ -1,0 +1,103 @@
+// SPDX-FileCopyrightText: nadir contributors
+// SPDX-License-Identifier: Apache-2.0
+// Who feeds whom: the whole machine on one page (paper 3.1).
+//
+//   capture -> odometry -> plane -+-> mosaic2d ----+-> record, page
+//                  |              +-> projection3d -+
+//                  +-> record, page
+#pragma once
+
+#include <atomic>
+#include <chrono>
+#include <functional>
+#include <memory>
+#include <optional>
+#include <vector>
+
+#include "assembler.hpp"
+#include "config.hpp"
+#include "nadir/pipeline/channel.hpp"
+#include "nadir/pipeline/stage.hpp"
+#include "options.hpp"
+#include "progress.hpp"
+#include "publisher.hpp"
+
+namespace nadir::app {
+
+/// Runs from construction. Everything given must outlive it; page may be null.
+class Graph {
+ public:
+  struct Ends {
+    capture::FolderSource& source;
+    record::Dive& dive;
+    Publisher* page;
+    Progress& progress;
+  };
+
+  Graph(const Config& config, Rate rate, Ends ends);
+
+  /// The source ends with the image in hand; what was captured is still mapped. Any thread.
+  void stop() { capture_->stop(); }
+
+  /// Waits until everything captured is mapped and recorded. Rethrows what a stage threw.
+  void join();
+
+  /// Images dropped after the last that found room; after join().
+  std::uint32_t dropped_at_end() const { return dropped_; }
+
+  /// Of every stage, for dive.json and the page.
+  std::vector<StageStats> stats() const;
+
+ private:
+  template <class T>
+  using Shared = std::shared_ptr<const T>;
+  template <class T>
+  using Channel = pipeline::Channel<Shared<T>>;
+  using Bell = std::shared_ptr<pipeline::Bell>;
+
+  bool capture_one();
+  void orient(Shared<Shot> shot);
+  void pass_on(Orientation orientation);
+  void fit(Shared<Orientation> orientation);
+  void project(Shared<Surface> surface);
+  void stitch(Shared<Surface> surface);
+  void write(const record::Entry& entry);
+  void publish_statistics();
+
+  void start_stages();
+  void wait_for(const Shot& shot);
+  template <class T>
+  void to_page(Channel<T>& channel, const Shared<T>& message) {
+    if (ends_.page) channel.push(message);
+  }
+
+  const Rate rate_;
+  Ends ends_;
+  reference::SurveyFrame survey_;
+  odometry::VisualOdometry odometry_;
+  plane::PlaneFit plane_;
+  mosaic2d::Mosaicker mosaicker_;
+  projection3d::PlaneProjection projection_;
+  Assembler assembler_;
+
+  std::chrono::steady_clock::time_point begun_ = std::chrono::steady_clock::now(), told_ = begun_;
+  std::uint64_t shots_taken_ = 0;
+  std::optional<Time> first_time_;
+  std::uint32_t dropped_ = 0;  ///< since the last shot that found room
+
+  std::atomic<bool> started_ = false;  ///< every stage exists
+
+  Bell record_bell_ = std::make_shared<pipeline::Bell>(),
+       page_bell_ = std::make_shared<pipeline::Bell>();
+  Channel<Shot> shots_;
+  Channel<Orientation> orientations_, recorded_orientations_, page_orientations_;
+  Channel<Surface> projection_surfaces_, mosaic_surfaces_, recorded_surfaces_, page_surfaces_;
+  Channel<Cloud> recorded_clouds_, page_clouds_;
+  Channel<MosaicUpdate> recorded_mosaics_, page_mosaics_;
+  Channel<Alert> page_alerts_;
+
+  std::unique_ptr<pipeline::Stage> page_, record_, stitching_, projecting_, fitting_, orienting_,
+      capture_;
+};
+
+}  // namespace nadir::app

@@ -1,0 +1,26 @@
+// SPDX-FileCopyrightText: nadir contributors
+// SPDX-License-Identifier: Apache-2.0
+#include <cstdio>
+#include <exception>
+#include <opencv2/core/utility.hpp>
+
+#include "verbs.hpp"
+
+namespace {
+
+constexpr int kCouldNot = 1;
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  // One thread per stage; more inside a stage would take cores from the others and change nothing
+  // else.
+  cv::setNumThreads(1);
+  try {
+    return std::visit([](const auto& command) { return nadir::app::run(command); },
+                      nadir::app::parse_command_line(argc, argv));
+  } catch (const std::exception& error) {
+    std::fprintf(stderr, "nadir: %s\n", error.what());
+    return kCouldNot;
+  }
+}

@@ -1,0 +1,125 @@
+// SPDX-FileCopyrightText: nadir contributors
+// SPDX-License-Identifier: Apache-2.0
+#include "options.hpp"
+
+#include <CLI/CLI.hpp>
+#include <charconv>
+#include <iostream>
+
+#include "version.hpp"
+
+namespace nadir::app {
+namespace {
+
+constexpr int kWrongCommandLine = 2;
+
+std::optional<Rate> parse_rate(const std::string& text) {
+  if (text == "max") return Rate{};
+  if (text == "recorded") return Rate{Rate::Kind::recorded, 0};
+  Rate rate{Rate::Kind::fixed, 0};
+  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), rate.hz);
+  const bool whole = error == std::errc() && end == text.data() + text.size();
+  return whole && rate.hz > 0 && rate.hz <= 1000 ? std::optional(rate) : std::nullopt;
+}
+
+void add_settings(CLI::App& app, Settings& settings) {
+  app.add_option("--config", settings.file, "TOML file of settings; see --dump-config")
+      ->type_name("FILE");
+  app.add_option("--set", settings.assignments, "one setting, over the file's; may be repeated")
+      ->type_name("ROOM.KEY=VALUE")
+      ->take_all()
+      ->allow_extra_args(false);
+}
+
+void describe_replay(CLI::App& verb, Replay& replay, std::string& rate) {
+  verb.add_option("FOLDER", replay.folder, "survey folder, or a bare folder of images")->required();
+  verb.add_option("--out", replay.dive, "dive folder to make; must not exist or be empty")
+      ->type_name("DIVE")
+      ->required();
+  verb.add_option("--calib", replay.calibration, "camera file, over the folder's calib.yml")
+      ->type_name("FILE");
+  add_settings(verb, replay.settings);
+  auto* serve =
+      verb.add_option("--serve", replay.serve, "show the map at http://ADDRESS, host:port")
+          ->type_name("ADDRESS");
+  verb.add_flag("--no-serve")->description("no page (the default)")->excludes(serve);
+  verb.add_flag("--keep-serving", replay.keep_serving,
+                "go on serving after the last image, until interrupted")
+      ->needs(serve);
+  verb.add_option("--rate", rate,
+                  "images per second, 'recorded' or 'max'; max waits and loses nothing")
+      ->type_name("HZ|recorded|max")
+      ->default_str("max")
+      ->check([](const std::string& text) {
+        return parse_rate(text)
+                   ? std::string()
+                   : "'" + text + "' is none of: a rate in Hz up to 1000, recorded, max";
+      });
+}
+
+void describe_simulate(CLI::App& verb, Simulate& simulate) {
+  verb.add_option("--out", simulate.folder, "survey folder to make; must not exist or be empty")
+      ->type_name("FOLDER")
+      ->required();
+  verb.add_option("--scene", simulate.scene)
+      ->check(CLI::IsMember({"pool", "transect", "reef", "wreck"}))
+      ->capture_default_str();
+  verb.add_option("--images", simulate.images, "how many; default by scene")
+      ->check(CLI::Range(1, 100000));
+  verb.add_flag("--stereo", simulate.stereo, "pairs instead of single images");
+  verb.add_option("--seed", simulate.seed, "the same seed makes the same bytes")
+      ->capture_default_str();
+}
+
+}  // namespace
+
+Command parse_command_line(int argc, const char* const* argv) {
+  CLI::App app("nadir: a live seabed map from underwater images", "nadir");
+  Replay replay;
+  Simulate simulate;
+  Recover recover;
+  DumpConfig dump;
+  std::string rate = "max";
+
+  app.set_version_flag("--version", std::string("nadir ") + kVersion);
+  bool dump_config = false;
+  app.add_flag("--dump-config", dump_config, "print every setting with its value and unit as TOML");
+  add_settings(app, dump.settings);
+  auto* replay_verb = app.add_subcommand("replay", "map a folder of images into a dive folder");
+  describe_replay(*replay_verb, replay, rate);
+  auto* simulate_verb =
+      app.add_subcommand("simulate", "make a survey folder of a synthetic seabed with exact truth");
+  describe_simulate(*simulate_verb, simulate);
+  auto* recover_verb =
+      app.add_subcommand("recover", "make the files of an interrupted dive from its journal");
+  recover_verb->add_option("DIVE", recover.dive, "dive folder")->required();
+  std::string topic;
+  auto* help_verb = app.add_subcommand("help", "explain a verb");
+  help_verb->add_option("VERB", topic)
+      ->check(CLI::IsMember({"replay", "simulate", "recover", "help"}));
+  app.require_subcommand(0, 1);
+
+  try {
+    app.parse(argc, argv);
+    if (!dump_config && app.get_subcommands().empty()) {
+      throw CLI::RequiredError("a verb: replay, simulate, recover or help");
+    }
+    if (!dump_config && (dump.settings.file || !dump.settings.assignments.empty())) {
+      throw CLI::ValidationError("--config and --set stand behind the verb");
+    }
+  } catch (const CLI::ParseError& error) {
+    const int status = app.exit(error);
+    return Answered{status == 0 ? 0 : kWrongCommandLine};
+  }
+  if (dump_config) return dump;
+  if (*help_verb) {
+    std::cout << (topic.empty() ? app.help() : app.get_subcommand(topic)->help());
+    return Answered{0};
+  }
+  if (*simulate_verb) return simulate;
+  if (*recover_verb) return recover;
+  replay.rate = *parse_rate(rate);
+  return replay;
+}
+
+}  // namespace nadir::app

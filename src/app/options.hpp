@@ -1,0 +1,62 @@
+// SPDX-FileCopyrightText: nadir contributors
+// SPDX-License-Identifier: Apache-2.0
+// The command line, read and checked; no verb is run here.
+#pragma once
+
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <variant>
+#include <vector>
+
+namespace nadir::app {
+
+/// How fast a replay feeds its images.
+struct Rate {
+  enum class Kind { max, recorded, fixed };
+  Kind kind = Kind::max;
+  double hz = 0;  ///< of Kind::fixed
+};
+
+struct Settings {
+  std::optional<std::filesystem::path> file;
+  std::vector<std::string> assignments;  ///< room.key=value, applied after the file
+};
+
+struct Replay {
+  std::filesystem::path folder, dive;
+  std::optional<std::filesystem::path> calibration;
+  Settings settings;
+  std::optional<std::string> serve;  ///< host:port
+  bool keep_serving = false;
+  Rate rate;
+};
+
+struct Simulate {
+  std::filesystem::path folder;
+  std::string scene = "pool";
+  std::optional<int> images;
+  bool stereo = false;
+  std::uint64_t seed = 1;
+};
+
+struct Recover {
+  std::filesystem::path dive;
+};
+
+struct DumpConfig {
+  Settings settings;
+};
+
+/// The line was answered already (help, version) or was wrong: print nothing more, exit with this
+/// status.
+struct Answered {
+  int status = 0;
+};
+
+using Command = std::variant<Answered, DumpConfig, Replay, Simulate, Recover>;
+
+/// Exit status 2 for a wrong command line, with what is wrong on standard error.
+Command parse_command_line(int argc, const char* const* argv);
+
+}  // namespace nadir::app

@@ -1,0 +1,53 @@
+// SPDX-FileCopyrightText: nadir contributors
+// SPDX-License-Identifier: Apache-2.0
+// Turns what the stages make into records of the browser protocol and hands them to the server.
+#pragma once
+
+#include <chrono>
+#include <set>
+#include <string>
+#include <tuple>
+
+#include "nadir/core/cloud.hpp"
+#include "nadir/core/tile.hpp"
+#include "nadir/serve/web_server.hpp"
+#include "nadir/wire/records.hpp"
+#include "nadir/wire/tie_point_blocks.hpp"
+
+namespace nadir::app {
+
+/// One thread calls it; the viewers' counts are those of what it was given.
+class Publisher {
+ public:
+  /// images_total 0: unknown. The server must outlive this.
+  Publisher(serve::WebServer& server, std::string input, std::uint64_t images_total);
+
+  void publish(const Orientation& orientation);
+  void publish(const Surface& surface);
+  void publish(const Cloud& cloud);
+  void publish(const MosaicUpdate& mosaic);
+  void publish(const Alert& alert);
+  void publish(const std::vector<StageStats>& stages);
+  /// The dive is mapped and its files are written.
+  void finish();
+
+ private:
+  using Clock = std::chrono::steady_clock;
+
+  template <class Record>
+  void send(serve::Lane lane, const Record& record);
+  void send_state();
+  void send_live_image(const Frame& frame);
+
+  serve::WebServer& server_;
+  wire::State state_;
+  wire::TiePointBlocks tie_points_;
+  std::set<std::uint64_t> oriented_;
+  std::set<std::tuple<std::uint32_t, std::int32_t, std::int32_t>> tiles_;
+  std::set<std::uint32_t> mosaics_;
+  std::uint64_t alerts_ = 0;
+  bool camera_sent_ = false;
+  Clock::time_point begun_ = Clock::now(), live_sent_{};
+};
+
+}  // namespace nadir::app

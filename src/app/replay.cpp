@@ -1,0 +1,133 @@
+// SPDX-FileCopyrightText: nadir contributors
+// SPDX-License-Identifier: Apache-2.0
+#include <sys/resource.h>
+#include <sys/utsname.h>
+
+#include <charconv>
+#include <chrono>
+#include <cstdio>
+
+#include "config_file.hpp"
+#include "graph.hpp"
+#include "interrupt.hpp"
+#include "nadir/core/check.hpp"
+#include "page_assets.hpp"
+#include "verbs.hpp"
+#include "version.hpp"
+
+namespace nadir::app {
+namespace {
+
+using Clock = std::chrono::steady_clock;
+
+Config configured(const Settings& settings) {
+  Config config;
+  if (settings.file) read_config_file(*settings.file, config);
+  for (const std::string& assignment : settings.assignments) read_assignment(assignment, config);
+  return config;
+}
+
+// host:port, [IPv6]:port or :port
+void set_address(const std::string& address, serve::Config& config) {
+  const auto colon = address.rfind(':');
+  unsigned port = 0;
+  const char* const begin = address.data() + (colon == std::string::npos ? 0 : colon + 1);
+  const auto [end, error] = std::from_chars(begin, address.data() + address.size(), port);
+  if (colon == std::string::npos || error != std::errc() ||
+      end != address.data() + address.size() || port > 65535) {
+    throw InputError("--serve " + address + ": the form is host:port, for instance 0.0.0.0:8765");
+  }
+  std::string host = address.substr(0, colon);
+  if (host.starts_with('[') && host.ends_with(']')) host = host.substr(1, host.size() - 2);
+  if (host == "localhost") host = "127.0.0.1";
+  if (!host.empty()) config.address = host;
+  config.port = static_cast<std::uint16_t>(port);
+}
+
+nlohmann::json as_json(const Config& config) {
+  nlohmann::json json;
+  for (const Setting& setting : settings()) {
+    const auto dot = setting.key.find('.');
+    std::visit(
+        [&](const auto& value) {
+          json[setting.key.substr(0, dot)][setting.key.substr(dot + 1)] = value;
+        },
+        setting.get(config));
+  }
+  return json;
+}
+
+record::DiveInfo dive_info(const Replay& replay, const Config& config,
+                           const capture::FolderSource& source) {
+  record::DiveInfo info;
+  info.about = {{"input", {{"folder", replay.folder.string()}, {"images", source.size()}}},
+                {"configuration", as_json(config)},
+                {"versions", {{"nadir", kVersion}, {"opencv", CV_VERSION}}}};
+  return info;
+}
+
+nlohmann::json as_json(const std::vector<StageStats>& stages) {
+  nlohmann::json json = nlohmann::json::array();
+  for (const StageStats& stage : stages) {
+    json.push_back({{"stage", stage.stage},
+                    {"processed", stage.processed},
+                    {"dropped", stage.dropped},
+                    {"rate_out_hz", stage.rate_out_hz},
+                    {"last_ms", stage.last_ms},
+                    {"p95_ms", stage.p95_ms}});
+  }
+  return json;
+}
+
+nlohmann::json rates(const Graph& graph, Clock::time_point begun) {
+  rusage usage{};
+  getrusage(RUSAGE_SELF, &usage);
+  const auto in_seconds = [](const timeval& t) {
+    return static_cast<double>(t.tv_sec) + 1e-6 * static_cast<double>(t.tv_usec);
+  };
+  return {{"stages", as_json(graph.stats())},
+          {"wall_s", std::chrono::duration<double>(Clock::now() - begun).count()},
+          {"cpu_s", in_seconds(usage.ru_utime) + in_seconds(usage.ru_stime)},
+          {"peak_memory_mb", static_cast<double>(usage.ru_maxrss) / 1024}};
+}
+
+}  // namespace
+
+int run(const DumpConfig& dump_config) {
+  const Config config = configured(dump_config.settings);
+  config.check();
+  std::fputs(dump(config).c_str(), stdout);
+  return 0;
+}
+
+int run(const Replay& replay) {
+  Config config = configured(replay.settings);
+  if (replay.serve) set_address(*replay.serve, config.serve);
+  config.check();
+
+  Interrupt interrupt;
+  const Clock::time_point begun = Clock::now();
+  capture::FolderSource source(replay.folder, replay.calibration, config.capture);
+  std::optional<serve::WebServer> server;
+  std::optional<Publisher> page;
+  if (replay.serve) {
+    server.emplace(config.serve, page_assets());
+    page.emplace(*server, replay.folder.filename().string(), source.size());
+  }
+  record::Dive dive(replay.dive, dive_info(replay, config, source), config.record);
+  if (server)
+    std::fprintf(stderr, "the map: http://%s:%u\n", config.serve.address.c_str(), server->port());
+
+  Progress progress(source.size(), stderr);
+  Graph graph(config, replay.rate, {source, dive, page ? &*page : nullptr, progress});
+  interrupt.on_interrupt([&graph] { graph.stop(); });
+  graph.join();
+  for (const Alert& alert : dive.finish(rates(graph, begun), graph.dropped_at_end()))
+    progress.add(alert);
+  progress.finish();
+  if (page) page->finish();
+  if (server && replay.keep_serving) interrupt.wait();
+  return 0;
+}
+
+}  // namespace nadir::app

@@ -1,0 +1,194 @@
+// SPDX-FileCopyrightText: nadir contributors
+// SPDX-License-Identifier: Apache-2.0
+// The table: every setting's name, field and meaning, in the order of the dump.
+#include <sstream>
+#include <utility>
+
+#include "config.hpp"
+#include "nadir/core/check.hpp"
+
+namespace nadir::app {
+namespace {
+
+template <class T>
+T converted(const Value& value) {
+  if constexpr (std::is_same_v<T, bool>) {
+    if (const bool* v = std::get_if<bool>(&value)) return *v;
+    throw InputError("wants true or false");
+  } else if constexpr (std::is_same_v<T, std::string>) {
+    if (const auto* v = std::get_if<std::string>(&value)) return *v;
+    throw InputError("wants a text in quotes");
+  } else if constexpr (std::is_integral_v<T>) {
+    const auto* v = std::get_if<std::int64_t>(&value);
+    if (!v) throw InputError("wants a whole number");
+    if (!std::in_range<T>(*v)) throw InputError("wants a smaller number");
+    return static_cast<T>(*v);
+  } else {
+    if (const auto* v = std::get_if<double>(&value)) return static_cast<T>(*v);
+    if (const auto* v = std::get_if<std::int64_t>(&value)) return static_cast<T>(*v);
+    throw InputError("wants a number");
+  }
+}
+
+template <class T>
+Value shown(const T& field) {
+  if constexpr (std::is_same_v<T, bool> || std::is_same_v<T, std::string>) {
+    return field;
+  } else if constexpr (std::is_integral_v<T>) {
+    return static_cast<std::int64_t>(field);
+  } else {
+    return static_cast<double>(field);
+  }
+}
+
+// room: the member of Config; field: the member of the room's Config.
+template <class Room, class T>
+Setting setting(std::string key, Room Config::*room, T Room::*field, std::string meaning) {
+  return {std::move(key), std::move(meaning),
+          [=](const Config& config) { return shown(config.*room.*field); },
+          [=](Config& config, const Value& value) { config.*room.*field = converted<T>(value); }};
+}
+
+template <class Room, class T>
+Setting choice(std::string key, Room Config::*room, T Room::*field,
+               std::vector<std::pair<std::string, T>> choices, std::string meaning) {
+  const auto get = [=](const Config& config) -> Value {
+    for (const auto& [name, value] : choices) {
+      if (value == config.*room.*field) return name;
+    }
+    return std::string("?");
+  };
+  const auto set = [=](Config& config, const Value& given) {
+    std::string names;
+    for (const auto& [name, value] : choices) {
+      if (given == Value(name)) {
+        config.*room.*field = value;
+        return;
+      }
+      names += (names.empty() ? "" : ", ") + name;
+    }
+    throw InputError("wants one of: " + names);
+  };
+  return {std::move(key), std::move(meaning), get, set};
+}
+
+// A list of names is one text in the file.
+Setting names(std::string key, std::vector<std::string> serve::Config::*field,
+              std::string meaning) {
+  const auto get = [=](const Config& config) -> Value {
+    std::string joined;
+    for (const std::string& name : config.serve.*field)
+      joined += (joined.empty() ? "" : ",") + name;
+    return joined;
+  };
+  const auto set = [=](Config& config, const Value& value) {
+    (config.serve.*field).clear();
+    std::istringstream joined(converted<std::string>(value));
+    for (std::string name; std::getline(joined, name, ',');) (config.serve.*field).push_back(name);
+  };
+  return {std::move(key), std::move(meaning), get, set};
+}
+
+std::vector<Setting> make_settings() {
+  return {
+      setting("capture.scale", &Config::capture, &capture::Config::scale,
+              "processed size per side: 1, 0.5 or 0.25"),
+      setting("odometry.initial_images", &Config::odometry, &odometry::Config::initial_images,
+              "key images that start a map: 3 or 5"),
+      setting("odometry.window", &Config::odometry, &odometry::Config::window,
+              "key frames adjusted together: 3, 5 or more"),
+      setting("odometry.features", &Config::odometry, &odometry::Config::features,
+              "corners described per image"),
+      setting("odometry.tie_points", &Config::odometry, &odometry::Config::tie_points,
+              "wanted per key frame"),
+      setting("odometry.key_frame_shift", &Config::odometry, &odometry::Config::key_frame_shift,
+              "image motion that makes a key frame, of the shorter side"),
+      setting("odometry.sigma_px", &Config::odometry, &odometry::Config::sigma_px,
+              "of a tie point's image coordinates"),
+      setting("odometry.min_parallax_deg", &Config::odometry, &odometry::Config::min_parallax_deg,
+              "intersection angle a new tie point needs"),
+      setting("odometry.relocalise_key_frames", &Config::odometry,
+              &odometry::Config::relocalise_key_frames, "recent key frames searched after a loss"),
+      choice<odometry::Config, odometry::OnLost>(
+          "odometry.on_lost", &Config::odometry, &odometry::Config::on_lost,
+          {{"stop", odometry::OnLost::stop}, {"submap", odometry::OnLost::submap}},
+          "after a loss: stop, or start a sub-map and look for known ground"),
+      setting("reference.attitude", &Config::reference, &reference::Config::attitude,
+              "vertical and north from the AHRS where images have attitudes"),
+      setting("reference.stereo_matching_px", &Config::reference,
+              &reference::Config::stereo_matching_px,
+              "1 sigma of a disparity, for the sigma of the stereo scale"),
+      setting("reference.dead_reckoning_max_s", &Config::reference,
+              &reference::Config::dead_reckoning_max_s,
+              "after this long the last velocity says nothing any more"),
+      setting("plane.min_images", &Config::plane, &plane::Config::min_images,
+              "a tie point counts when seen in at least so many images"),
+      setting("plane.max_reprojection_px", &Config::plane, &plane::Config::max_reprojection_px,
+              "and reprojected with at most this RMS"),
+      setting("plane.inlier_distance", &Config::plane, &plane::Config::inlier_distance,
+              "of the viewing distance"),
+      setting("plane.min_inlier_ratio", &Config::plane, &plane::Config::min_inlier_ratio,
+              "below it the seabed is not planar"),
+      setting("plane.max_tilt_deg", &Config::plane, &plane::Config::max_tilt_deg,
+              "between the plane's normal and the central optical axis"),
+      setting("plane.max_iterations", &Config::plane, &plane::Config::max_iterations,
+              "RANSAC samples at most"),
+      setting("mosaic2d.ground_sampling_distance", &Config::mosaic2d,
+              &mosaic2d::Config::ground_sampling_distance,
+              "survey units per px; 0: that of a mosaic's first image"),
+      setting("mosaic2d.max_megapixels", &Config::mosaic2d, &mosaic2d::Config::max_megapixels,
+              "of one projected image; coarser sampling keeps to it"),
+      setting("mosaic2d.max_range", &Config::mosaic2d, &mosaic2d::Config::max_range,
+              "longest ray, as a ratio of the camera's distance to the plane"),
+      setting("mosaic2d.max_slope_deg", &Config::mosaic2d, &mosaic2d::Config::max_slope_deg,
+              "of a plane against the horizontal; steeper ground is not mosaicked"),
+      setting("mosaic2d.even_light", &Config::mosaic2d, &mosaic2d::Config::even_light,
+              "flatten the lamps' pattern and the exposure's steps"),
+      setting("mosaic2d.restart_angle_deg", &Config::mosaic2d, &mosaic2d::Config::restart_angle_deg,
+              "a new mosaic starts beyond this between the planes' normals,"),
+      setting("mosaic2d.restart_offset", &Config::mosaic2d, &mosaic2d::Config::restart_offset,
+              "this height below the image centre, of the viewing distance,"),
+      setting("mosaic2d.restart_rms", &Config::mosaic2d, &mosaic2d::Config::restart_rms,
+              "this growth of the plane's RMS,"),
+      setting("mosaic2d.restart_zoom", &Config::mosaic2d, &mosaic2d::Config::restart_zoom,
+              "or this factor of coarser or finer sampling,"),
+      setting("mosaic2d.restart_after", &Config::mosaic2d, &mosaic2d::Config::restart_after,
+              "for so many images in a row"),
+      setting("projection3d.columns", &Config::projection3d, &projection3d::Config::columns,
+              "points across a planar cloud"),
+      setting("projection3d.rows", &Config::projection3d, &projection3d::Config::rows,
+              "points down a planar cloud"),
+      setting("projection3d.max_range", &Config::projection3d, &projection3d::Config::max_range,
+              "longest ray, as a ratio of the camera's distance to the plane"),
+      setting("record.projected", &Config::record, &record::Config::projected,
+              "save each projected image; without them mosaics cannot be recovered"),
+      setting("record.small_png", &Config::record, &record::Config::small_png,
+              "smaller projected images and mosaics for a little more time"),
+      setting("serve.address", &Config::serve, &serve::Config::address,
+              "IP literal; 0.0.0.0 or :: for every network"),
+      setting("serve.port", &Config::serve, &serve::Config::port, "0: the system's choice"),
+      names("serve.names", &serve::Config::names,
+            "host names this device goes by beside localhost, separated by commas"),
+      setting("serve.max_clients", &Config::serve, &serve::Config::max_clients,
+              "viewers at a time"),
+      setting("serve.client_bytes", &Config::serve, &serve::Config::client_bytes,
+              "kernel send buffer of a viewer: what may be stale"),
+      setting("serve.retained_bytes", &Config::serve, &serve::Config::retained_bytes,
+              "of records kept for late viewers; oldest data go"),
+      setting("serve.header_timeout", &Config::serve, &serve::Config::header_timeout,
+              "seconds for a request's header and for the hello"),
+      setting("serve.idle_timeout", &Config::serve, &serve::Config::idle_timeout,
+              "seconds without an answer to a ping"),
+      setting("serve.stall_timeout", &Config::serve, &serve::Config::stall_timeout,
+              "seconds in which a viewer took nothing of what it is sent"),
+  };
+}
+
+}  // namespace
+
+const std::vector<Setting>& settings() {
+  static const std::vector<Setting> table = make_settings();
+  return table;
+}
+
+}  // namespace nadir::app

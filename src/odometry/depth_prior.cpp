@@ -1,0 +1,94 @@
+// SPDX-FileCopyrightText: nadir contributors
+// SPDX-License-Identifier: Apache-2.0
+#include "depth_prior.hpp"
+
+#include <Eigen/Cholesky>
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+namespace nadir::odometry {
+namespace {
+
+constexpr std::size_t kMinSamples = 8;
+constexpr std::size_t kNeighbours = 6;
+constexpr double kMinSpread = 0.08;  // of the inverse depth
+constexpr double kMaxSpread = 0.5;
+
+double median(std::vector<double> values) {
+  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
+  std::nth_element(values.begin(), middle, values.end());
+  return *middle;
+}
+
+// Iteratively reweighted least squares; three unknowns.
+Eigen::Vector3d fit_plane(const std::vector<DepthSample>& samples) {
+  std::vector<double> values;
+  for (const auto& s : samples) values.push_back(s.inverse_depth);
+  Eigen::Vector3d plane(0, 0, median(values));
+  for (int i = 0; i < 6; ++i) {
+    std::vector<double> residuals;
+    for (const auto& s : samples) {
+      residuals.push_back(std::abs(s.inverse_depth - plane.dot(s.ray.homogeneous())));
+    }
+    const double scale = std::max(1.5 * median(residuals), 1e-3 * std::abs(plane.z()));
+    Eigen::Matrix3d normal = 1e-9 * Eigen::Matrix3d::Identity();
+    Eigen::Vector3d right = Eigen::Vector3d::Zero();
+    for (std::size_t k = 0; k < samples.size(); ++k) {
+      const double ratio = residuals[k] / scale, weight = 1 / (1 + ratio * ratio);
+      const Eigen::Vector3d row = samples[k].ray.homogeneous();
+      normal += weight * row * row.transpose();
+      right += weight * samples[k].inverse_depth * row;
+    }
+    plane = normal.ldlt().solve(right);
+  }
+  return plane;
+}
+
+}  // namespace
+
+DepthPrior::DepthPrior(std::vector<DepthSample> samples) : samples_(std::move(samples)) {
+  std::erase_if(samples_, [](const DepthSample& s) {
+    return !(s.inverse_depth > 0) || !std::isfinite(s.inverse_depth);
+  });
+  if (samples_.size() < kMinSamples) return;
+  plane_ = fit_plane(samples_);
+  known_ = plane_.allFinite() && plane_.z() > 0;
+  for (auto& s : samples_) s.inverse_depth -= plane_.dot(s.ray.homogeneous());
+}
+
+DepthPrior::Guess DepthPrior::at(const Eigen::Vector2d& ray) const {
+  std::array<std::pair<double, double>, kNeighbours> near;  // squared distance, residual
+  near.fill({1e300, 0});
+  for (const auto& s : samples_) {
+    const double distance = (s.ray - ray).squaredNorm();
+    if (distance >= near.back().first) continue;
+    near.back() = {distance, s.inverse_depth};
+    for (std::size_t i = kNeighbours - 1; i > 0 && near[i].first < near[i - 1].first; --i) {
+      std::swap(near[i], near[i - 1]);
+    }
+  }
+  std::vector<double> residuals;
+  for (const auto& n : near) residuals.push_back(n.second);
+  std::sort(residuals.begin(), residuals.end());
+  const double local = 0.5 * (residuals[2] + residuals[3]);
+  const double on_plane = std::max(plane_.dot(ray.homogeneous()), 0.2 * plane_.z());
+  const double guess = std::clamp(on_plane + local, 0.3 * on_plane, 3 * on_plane);
+  const double scatter = residuals[4] - residuals[1];
+  return {guess, std::clamp(2 * scatter, kMinSpread * guess, kMaxSpread * guess)};
+}
+
+Eigen::Vector3d DepthPrior::normal() const {
+  return known_ ? Eigen::Vector3d(plane_.normalized()) : Eigen::Vector3d(0, 0, 1);
+}
+
+DepthPrior depth_prior(const Map& map, const KeyFrame& key_frame) {
+  std::vector<DepthSample> samples;
+  for (const int i : key_frame.points) {
+    const Eigen::Vector3d x = key_frame.camera_from_map * map.point(i).x;
+    if (x.z() > 0) samples.push_back({x.head<2>() / x.z(), 1 / x.z()});
+  }
+  return DepthPrior(std::move(samples));
+}
+
+}  // namespace nadir::odometry

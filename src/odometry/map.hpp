@@ -1,0 +1,80 @@
+// SPDX-FileCopyrightText: nadir contributors
+// SPDX-License-Identifier: Apache-2.0
+// One sub-map: its key frames and tie points, in the survey frame once it was placed.
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <optional>
+#include <vector>
+
+#include "features.hpp"
+#include "nadir/core/window.hpp"
+#include "patch.hpp"
+
+namespace nadir::odometry {
+
+/// A tie point in a key frame: normalised coordinates, and those in the right image of a pair.
+struct Sighting {
+  int key_frame = 0;
+  Eigen::Vector2d ray;
+  std::optional<Eigen::Vector2d> right_ray;
+};
+
+struct MapPoint {
+  Eigen::Vector3d x = Eigen::Vector3d::Zero();
+  Eigen::Vector3d normal = Eigen::Vector3d::UnitZ();  ///< of the ground around it
+  int host = 0;                                       ///< key frame its patch was cut from
+  Eigen::Vector2i host_pixel = Eigen::Vector2i::Zero();
+  Patch patch;
+  std::array<std::uint8_t, 32> descriptor{};
+  std::array<std::uint8_t, 3> rgb{};
+  std::vector<Sighting> sightings;  ///< empty: the point was given up
+  double rms_px = 0;
+};
+
+struct KeyFrame {
+  std::uint64_t image = 0;
+  Time time = 0;
+  Rigid3 camera_from_map;
+  std::shared_ptr<const View> view;  ///< null once the key frame left the window
+  Features features;                 ///< kept longer than the view, to find recent ground again
+  std::vector<int> points;           ///< seen in it
+  double rms_px = 0;
+};
+
+struct Map {
+  std::shared_ptr<const CameraRig> rig;
+  std::vector<KeyFrame> key_frames;
+  std::vector<MapPoint> points;
+  std::uint32_t submap = 0;
+  std::uint64_t first_id = 0;  ///< id of points[0] in the dive
+  Scale scale;
+  SurveyAxes axes = SurveyAxes::none;
+
+  const KeyFrame& last() const { return key_frames.back(); }
+  KeyFrame& key_frame(int i) { return key_frames[static_cast<std::size_t>(i)]; }
+  const KeyFrame& key_frame(int i) const { return key_frames[static_cast<std::size_t>(i)]; }
+  MapPoint& point(int i) { return points[static_cast<std::size_t>(i)]; }
+  const MapPoint& point(int i) const { return points[static_cast<std::size_t>(i)]; }
+};
+
+/// Moves the whole map.
+void move(Map& map, const Similarity3& to_from_map);
+
+/// Takes a point out of the map, or one sighting from a point.
+void give_up(Map& map, int point);
+void give_up_sighting(Map& map, int point, int key_frame);
+
+/// Median distance of the key frame's tie points along its optical axis; 0 without any.
+double median_depth(const Map& map, const KeyFrame& key_frame);
+
+/// Points expected in an image at this pose, those seen most often first; at most `limit`, spread
+/// over the image.
+struct Expected {
+  int point = 0;
+  Eigen::Vector2d pixel;
+};
+std::vector<Expected> expected_points(const Map& map, const Rigid3& camera_from_map, int limit);
+
+}  // namespace nadir::odometry

@@ -1,0 +1,159 @@
+// SPDX-FileCopyrightText: nadir contributors
+// SPDX-License-Identifier: Apache-2.0
+#include "patch.hpp"
+
+#include <Eigen/Eigenvalues>
+#include <Eigen/LU>
+#include <algorithm>
+#include <cmath>
+
+namespace nadir::odometry {
+namespace {
+
+using Eigen::Matrix2d, Eigen::Vector2d, Eigen::Vector2f;
+
+constexpr float kMinContrast = 15.0F;  // norm of the grey levels about their mean, 1.4 per px
+constexpr float kMinTexture = 0.02F;   // smaller eigenvalue of the normalised structure tensor
+constexpr double kMaxScale2 = 2.6;     // of areas, between two images of one tie point
+constexpr int kIterations = 12;
+constexpr double kConverged = 0.01;  // px
+constexpr double kMaxDrift = 3.0;    // px from the start
+
+float sample(const Patch& patch, double x, double y) {
+  constexpr double kLast = Patch::kSide - 1.001;
+  x = std::clamp(x + Patch::kRadius, 0.0, kLast);
+  y = std::clamp(y + Patch::kRadius, 0.0, kLast);
+  const int column = static_cast<int>(x), row = static_cast<int>(y);
+  const auto a = static_cast<float>(x - column), b = static_cast<float>(y - row);
+  const std::uint8_t* p = &patch.grey[static_cast<std::size_t>(row * Patch::kSide + column)];
+  const auto at = [p](int i) { return static_cast<float>(p[i]); };
+  return (1 - b) * ((1 - a) * at(0) + a * at(1)) +
+         b * ((1 - a) * at(Patch::kSide) + a * at(Patch::kSide + 1));
+}
+
+bool inside(const cv::Mat& grey, int x, int y, int margin) {
+  return x >= margin && y >= margin && x < grey.cols - margin && y < grey.rows - margin;
+}
+
+// Grey levels around a sub-pixel place, zero mean and unit norm; false without contrast.
+bool normalised_window(const cv::Mat& grey, const Vector2d& pixel, Template::Values& window) {
+  const int left = static_cast<int>(std::floor(pixel.x())),
+            top = static_cast<int>(std::floor(pixel.y()));
+  const auto a = static_cast<float>(pixel.x() - left), b = static_cast<float>(pixel.y() - top);
+  const float w00 = (1 - a) * (1 - b), w01 = a * (1 - b), w10 = (1 - a) * b, w11 = a * b;
+  int i = 0;
+  for (int dy = -Template::kRadius; dy <= Template::kRadius; ++dy) {
+    const std::uint8_t* upper = grey.ptr(top + dy) + left - Template::kRadius;
+    const std::uint8_t* lower = grey.ptr(top + dy + 1) + left - Template::kRadius;
+    for (int k = 0; k < Template::kSide; ++k, ++i) {
+      window[i] = w00 * static_cast<float>(upper[k]) + w01 * static_cast<float>(upper[k + 1]) +
+                  w10 * static_cast<float>(lower[k]) + w11 * static_cast<float>(lower[k + 1]);
+    }
+  }
+  window.array() -= window.mean();
+  const float norm = window.norm();
+  if (!(norm > 1.0F)) return false;
+  window /= norm;
+  return true;
+}
+
+}  // namespace
+
+std::optional<Patch> cut_patch(const cv::Mat& grey, const Eigen::Vector2i& centre) {
+  if (!inside(grey, centre.x(), centre.y(), Patch::kRadius)) return std::nullopt;
+  Patch patch;
+  for (int row = 0; row < Patch::kSide; ++row) {
+    const std::uint8_t* from =
+        grey.ptr(centre.y() - Patch::kRadius + row) + centre.x() - Patch::kRadius;
+    std::copy(from, from + Patch::kSide, patch.grey.begin() + row * Patch::kSide);
+  }
+  return patch;
+}
+
+std::optional<Template> warp_patch(const Patch& patch, const Matrix2d& image_from_patch) {
+  const double area = image_from_patch.determinant();
+  if (!(area > 1 / kMaxScale2 && area < kMaxScale2)) return std::nullopt;
+  const Matrix2d back = image_from_patch.inverse();
+  constexpr int kWide = Template::kSide + 2;
+  std::array<float, kWide * kWide> wide;
+  for (int row = 0, i = 0; row < kWide; ++row) {
+    for (int column = 0; column < kWide; ++column, ++i) {
+      const Vector2d d = back * Vector2d(column - kWide / 2, row - kWide / 2);
+      wide[static_cast<std::size_t>(i)] = sample(patch, d.x(), d.y());
+    }
+  }
+  Template result;
+  for (int row = 0, i = 0; row < Template::kSide; ++row) {
+    for (int column = 0; column < Template::kSide; ++column, ++i) {
+      const float* at = &wide[static_cast<std::size_t>((row + 1) * kWide + column + 1)];
+      result.value[i] = *at;
+      result.gradient.row(i) << 0.5F * (at[1] - at[-1]), 0.5F * (at[kWide] - at[-kWide]);
+    }
+  }
+  result.value.array() -= result.value.mean();
+  const float norm = result.value.norm();
+  if (!(norm > kMinContrast)) return std::nullopt;
+  result.value /= norm;
+  result.gradient /= norm;
+  result.gradient.rowwise() -= result.gradient.colwise().mean().eval();
+  // The normalisation takes the part along the value itself out of the gradients, too.
+  result.gradient -= result.value * (result.value.transpose() * result.gradient).eval();
+  const Eigen::Matrix2f normal = result.gradient.transpose() * result.gradient;
+  const float smaller =
+      Eigen::SelfAdjointEigenSolver<Eigen::Matrix2f>(normal, Eigen::EigenvaluesOnly)
+          .eigenvalues()[0];
+  if (!(smaller > kMinTexture)) return std::nullopt;
+  result.inverse_normal = normal.inverse();
+  return result;
+}
+
+float correlation(const Template& wanted, const cv::Mat& grey, int x, int y) {
+  if (!inside(grey, x, y, Template::kRadius)) return -1.0F;
+  float dot = 0, sum = 0, squares = 0;
+  for (int row = 0; row < Template::kSide; ++row) {
+    const std::uint8_t* at = grey.ptr(y - Template::kRadius + row) + x - Template::kRadius;
+    const float* value = wanted.value.data() + row * Template::kSide;
+    for (int k = 0; k < Template::kSide; ++k) {
+      const auto g = static_cast<float>(at[k]);
+      dot += g * value[k];
+      sum += g;
+      squares += g * g;
+    }
+  }
+  const float variance = squares - sum * sum / static_cast<float>(Template::kArea);
+  return variance > 1.0F ? dot / std::sqrt(variance) : -1.0F;
+}
+
+Sight search(const Template& wanted, const cv::Mat& grey, const Vector2d& start, int radius) {
+  const int x0 = static_cast<int>(std::lround(start.x())),
+            y0 = static_cast<int>(std::lround(start.y()));
+  Sight best{start, -1};
+  for (int y = y0 - radius; y <= y0 + radius; ++y) {
+    for (int x = x0 - radius; x <= x0 + radius; ++x) {
+      const float c = correlation(wanted, grey, x, y);
+      if (c > best.correlation) best = {Vector2d(x, y), c};
+    }
+  }
+  return best;
+}
+
+std::optional<Sight> refine(const Template& wanted, const cv::Mat& grey, const Vector2d& start) {
+  Vector2d pixel = start;
+  Template::Values window;
+  for (int i = 0; i < kIterations; ++i) {
+    if (!(pixel - start).allFinite() || (pixel - start).norm() > kMaxDrift) return std::nullopt;
+    if (!inside(grey, static_cast<int>(pixel.x()), static_cast<int>(pixel.y()),
+                Template::kRadius + 1))
+      return std::nullopt;
+    if (!normalised_window(grey, pixel, window)) return std::nullopt;
+    const Vector2f step =
+        wanted.inverse_normal * (wanted.gradient.transpose() * (wanted.value - window));
+    if (step.norm() < kConverged) {
+      return Sight{pixel + step.cast<double>(), wanted.value.dot(window)};
+    }
+    pixel += step.cast<double>();
+  }
+  return std::nullopt;
+}
+
+}  // namespace nadir::odometry

@@ -1,0 +1,271 @@
+// SPDX-FileCopyrightText: nadir contributors
+// SPDX-License-Identifier: Apache-2.0
+#include "resection.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <opencv2/calib3d.hpp>
+#include <opencv2/core/eigen.hpp>
+
+#include "depth_prior.hpp"
+#include "matching.hpp"
+#include "relative_orientation.hpp"
+#include "sighting.hpp"
+#include "triangulation.hpp"
+#include "window_adjustment.hpp"
+
+namespace nadir::odometry {
+namespace {
+
+using Eigen::Vector2d, Eigen::Vector3d;
+
+constexpr int kMinFeatures = 60;
+constexpr int kMinCoarse = 12;          // points of a rough pose
+constexpr int kSureCoarse = 25;         // no further attempt is made above
+constexpr int kMinTiePoints = 20;       // sub-pixel, of an accepted pose
+constexpr double kMinShareSeen = 0.15;  // of the expected ones
+constexpr double kCoarseTolerance_px = 4.0;
+constexpr double kFineTolerance_px = 2.0;
+constexpr double kRatio = 0.85;
+
+double focal(const CameraModel& camera) { return 0.5 * (camera.fx + camera.fy); }
+
+struct Rough {
+  Rigid3 camera_from_map;
+  int inliers = 0;
+};
+
+Rough resect_points(const std::vector<Vector3d>& points, const Rays& rays,
+                    const CameraModel& camera) {
+  Rough rough;
+  if (static_cast<int>(points.size()) < kMinCoarse) return rough;
+  std::vector<cv::Point3d> x;
+  std::vector<cv::Point2d> u;
+  for (const auto& p : points) x.emplace_back(p.x(), p.y(), p.z());
+  for (const auto& r : rays) u.emplace_back(r.x(), r.y());
+  cv::Mat rotation, translation, matrix;
+  std::vector<int> inliers;
+  const bool found = cv::solvePnPRansac(
+      x, u, cv::Mat::eye(3, 3, CV_64F), cv::noArray(), rotation, translation, false, 400,
+      static_cast<float>(kCoarseTolerance_px / focal(camera)), 0.999, inliers, cv::SOLVEPNP_AP3P);
+  if (!found || static_cast<int>(inliers.size()) < kMinCoarse) return rough;
+  cv::Rodrigues(rotation, matrix);
+  Eigen::Matrix3d r;
+  cv::cv2eigen(matrix, r);
+  Rigid3 pose{Eigen::Quaterniond(r).normalized(), {}};
+  cv::cv2eigen(translation, pose.translation);
+  if (!pose.is_finite()) return rough;
+
+  Adjustment a;
+  a.images = {{pose, false}};
+  for (const int i : inliers) {
+    const auto k = static_cast<std::size_t>(i);
+    a.observations.push_back({0, static_cast<int>(a.points.size()), false, rays[k]});
+    a.points.push_back({points[k], true});
+  }
+  CameraRig rig;
+  rig.left = camera;
+  if (!adjust(a, rig, {2.0, 10}).usable) return rough;
+  rough.camera_from_map = a.images[0].camera_from_map;
+  rough.inliers = static_cast<int>(
+      std::count_if(a.observations.begin(), a.observations.end(),
+                    [](const auto& o) { return o.error_px < kCoarseTolerance_px; }));
+  return rough;
+}
+
+Rough resect_pairs(const Map& map, const std::vector<int>& points, const Pairs& pairs,
+                   const View& view) {
+  std::vector<Vector3d> x;
+  Rays rays;
+  for (const auto& [i, k] : pairs) {
+    x.push_back(map.point(points[static_cast<std::size_t>(i)]).x);
+    rays.push_back(view.features.rays[static_cast<std::size_t>(k)]);
+  }
+  return resect_points(x, rays, view.camera());
+}
+
+cv::Mat descriptors_of(const Map& map, const std::vector<int>& points) {
+  cv::Mat rows(static_cast<int>(points.size()), 32, CV_8U);
+  for (int i = 0; i < rows.rows; ++i) {
+    const auto& d = map.point(points[static_cast<std::size_t>(i)]).descriptor;
+    std::copy(d.begin(), d.end(), rows.ptr(i));
+  }
+  return rows;
+}
+
+// Tie points near where the motion so far puts them.
+Rough by_prediction(const Map& map, const View& view, const Rigid3& predicted) {
+  constexpr double kRadius = 0.06;  // of the image width
+  constexpr int kMaxDistance = 64;  // bits of 256
+  std::vector<int> points;
+  std::vector<Vector2d> places;
+  for (const auto& e : expected_points(map, predicted, 600)) {
+    points.push_back(e.point);
+    places.push_back(e.pixel);
+  }
+  if (points.empty()) return {};
+  const auto pairs = match_near(descriptors_of(map, points), places, view.features,
+                                kRadius * view.camera().width, kMaxDistance);
+  return resect_pairs(map, points, pairs, view);
+}
+
+// Tie points of the reference key frames wherever they are.
+Rough by_descriptors(const Map& map, const View& view, std::span<const int> references) {
+  std::vector<int> points;
+  for (const int k : references) {
+    points.insert(points.end(), map.key_frame(k).points.begin(), map.key_frame(k).points.end());
+  }
+  std::sort(points.begin(), points.end());
+  points.erase(std::unique(points.begin(), points.end()), points.end());
+  const auto pairs =
+      match_descriptors(descriptors_of(map, points), view.features.descriptors, kRatio);
+  return resect_pairs(map, points, pairs, view);
+}
+
+// All corners of a reference key frame give the relative orientation; its tie points the length.
+Rough by_relative_orientation(const Map& map, const View& view, const KeyFrame& reference) {
+  Rough best;
+  const auto matched = correspond(reference.features, view.features, view.camera());
+  if (static_cast<int>(matched.pairs.size()) < kMinCoarse) return best;
+  Rays first, second;
+  for (const auto& [i, k] : matched.pairs) {
+    first.push_back(reference.features.rays[static_cast<std::size_t>(i)]);
+    second.push_back(view.features.rays[static_cast<std::size_t>(k)]);
+  }
+  const DepthPrior prior = depth_prior(map, reference);
+  if (!prior.known()) return best;
+  // Depths of the neighbourhood stand in where a corner is no tie point itself.
+  std::vector<Vector3d> x;
+  for (const auto& ray : first) {
+    x.push_back(reference.camera_from_map.inverse() *
+                (ray.homogeneous() / prior.at(ray).inverse_depth));
+  }
+  best = resect_points(x, second, view.camera());
+  return best;
+}
+
+Adjustment pose_only(const Map& map, const Rigid3& start, const std::vector<Seen>& seen) {
+  Adjustment a;
+  a.images = {{start, false}};
+  for (const Seen& s : seen) {
+    a.observations.push_back({0, static_cast<int>(a.points.size()), false, s.ray});
+    a.points.push_back({map.point(s.point).x, true});
+  }
+  return a;
+}
+
+std::optional<Resection> measure(const Map& map, const View& view, const Rigid3& rough, int radius,
+                                 const Config& config) {
+  Resection result;
+  const Looking image{view.frame->grey, view.camera(), rough};
+  const auto expected = expected_points(map, rough, config.tie_points);
+  result.expected = static_cast<int>(expected.size());
+  for (const auto& e : expected) {
+    const auto found = sight(map, map.point(e.point), image, radius, e.pixel);
+    if (!found) continue;
+    const auto ray = view.camera().unproject(found->pixel);
+    if (ray) result.seen.push_back({e.point, found->pixel, *ray});
+  }
+  if (static_cast<int>(result.seen.size()) < kMinCoarse) return std::nullopt;
+  Adjustment a = pose_only(map, rough, result.seen);
+  const auto summary = adjust(a, *map.rig, {1.0, 15});
+  if (!summary.usable) return std::nullopt;
+  std::vector<Seen> kept;
+  for (std::size_t i = 0; i < a.observations.size(); ++i) {
+    if (a.observations[i].error_px < kFineTolerance_px) kept.push_back(result.seen[i]);
+  }
+  result.seen = std::move(kept);
+  result.camera_from_map = a.images[0].camera_from_map;
+  result.rms_px = summary.rms_px;
+  return result;
+}
+
+bool acceptable(const Resection& r) {
+  return static_cast<int>(r.seen.size()) >= kMinTiePoints &&
+         static_cast<double>(r.seen.size()) >= kMinShareSeen * r.expected;
+}
+
+std::optional<Resection> sharpen(const Map& map, const View& view, const Rough& rough,
+                                 const Config& config) {
+  if (rough.inliers < kMinCoarse) return std::nullopt;
+  auto result = measure(map, view, rough.camera_from_map, 6, config);
+  if (!result) return result;
+  auto again = measure(map, view, result->camera_from_map, 2, config);
+  return again && acceptable(*again) ? again : std::nullopt;
+}
+
+}  // namespace
+
+bool is_blank(const View& view) { return view.features.size() < kMinFeatures; }
+
+double corner_sigma(const CameraModel& camera) { return 0.6 / focal(camera); }
+
+Correspondences correspond(const Features& first, const Features& second,
+                           const CameraModel& camera) {
+  constexpr int kFew = 60;
+  const double sigma = corner_sigma(camera);
+  Correspondences result;
+  const auto verified = [&](const Pairs& pairs, Eigen::Matrix3d& homography) {
+    Rays a, b;
+    for (const auto& [i, k] : pairs) {
+      a.push_back(first.rays[static_cast<std::size_t>(i)]);
+      b.push_back(second.rays[static_cast<std::size_t>(k)]);
+    }
+    const Agreement agreement = verify(a, b, sigma);
+    homography = agreement.homography;
+    Pairs kept;
+    for (const int i : agreement.inliers) kept.push_back(pairs[static_cast<std::size_t>(i)]);
+    return kept;
+  };
+  Eigen::Matrix3d homography;
+  result.pairs =
+      verified(match_descriptors(first.descriptors, second.descriptors, kRatio), homography);
+  if (static_cast<int>(result.pairs.size()) < kFew && !homography.isZero()) {
+    std::vector<Vector2d> places;
+    for (const auto& ray : first.rays) {
+      const Vector3d h = homography * ray.homogeneous();
+      const auto pixel = camera.project(h.z() > 0 ? h : Vector3d(-h));
+      places.push_back(pixel.value_or(Vector2d::Constant(std::nan(""))));
+    }
+    auto more = verified(match_near(first.descriptors, places, second, 0.03 * camera.width, 70),
+                         homography);
+    if (more.size() > result.pairs.size()) result.pairs = std::move(more);
+  }
+  std::vector<double> shifts;
+  for (const auto& [i, k] : result.pairs) {
+    shifts.push_back(
+        (first.pixels[static_cast<std::size_t>(i)] - second.pixels[static_cast<std::size_t>(k)])
+            .norm());
+  }
+  if (!shifts.empty()) {
+    const auto middle = shifts.begin() + static_cast<std::ptrdiff_t>(shifts.size() / 2);
+    std::nth_element(shifts.begin(), middle, shifts.end());
+    result.shift_px = *middle;
+  }
+  return result;
+}
+
+ResectionResult resect(const Map& map, const View& view, std::optional<Rigid3> predicted,
+                       std::span<const int> references, const Config& config) {
+  ResectionResult result;
+  if (is_blank(view)) {
+    result.reason = LossReason::blank_image;
+    return result;
+  }
+  Rough best;
+  const auto attempt = [&](const Rough& rough) {
+    best.inliers = std::max(best.inliers, rough.inliers);
+    result.resection = sharpen(map, view, rough, config);
+    return result.resection.has_value();
+  };
+  if (predicted && attempt(by_prediction(map, view, *predicted))) return result;
+  if (attempt(by_descriptors(map, view, references))) return result;
+  for (const int k : references) {
+    if (attempt(by_relative_orientation(map, view, map.key_frame(k)))) return result;
+  }
+  result.reason =
+      best.inliers >= kMinCoarse ? LossReason::too_few_matches : LossReason::too_large_motion;
+  return result;
+}
+
+}  // namespace nadir::odometry

@@ -1,0 +1,53 @@
+// SPDX-FileCopyrightText: nadir contributors
+// SPDX-License-Identifier: Apache-2.0
+// Orientation of a new image relative to the map: first roughly by descriptors, then by every tie
+// point that should be visible, found with sub-pixel precision.
+#pragma once
+
+#include <span>
+
+#include "map.hpp"
+#include "nadir/odometry/visual_odometry.hpp"
+
+namespace nadir::odometry {
+
+enum class LossReason { blank_image, too_few_matches, too_large_motion };
+
+struct Seen {
+  int point = 0;
+  Eigen::Vector2d pixel, ray;
+};
+
+struct Resection {
+  Rigid3 camera_from_map;
+  std::vector<Seen> seen;
+  int expected = 0;  ///< tie points that should have been visible
+  double rms_px = 0;
+};
+
+struct ResectionResult {
+  std::optional<Resection> resection;
+  LossReason reason{};  ///< why there is none
+};
+
+/// `predicted`: where the camera may be, if anything is known. `references`: key frames whose
+/// descriptors are tried, most likely first.
+ResectionResult resect(const Map& map, const View& view, std::optional<Rigid3> predicted,
+                       std::span<const int> references, const Config& config);
+
+/// An image in which nothing can be measured.
+bool is_blank(const View& view);
+
+/// Standard deviation of a described corner, in normalised coordinates of this camera.
+double corner_sigma(const CameraModel& camera);
+
+struct Correspondences {
+  std::vector<std::pair<int, int>> pairs;  ///< features of the first, of the second
+  double shift_px = 0;                     ///< median displacement
+};
+
+/// Verified correspondences of two images; a second, guided pass where the first finds few.
+Correspondences correspond(const Features& first, const Features& second,
+                           const CameraModel& camera);
+
+}  // namespace nadir::odometry

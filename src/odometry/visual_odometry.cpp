@@ -1,0 +1,399 @@
+// SPDX-FileCopyrightText: nadir contributors
+// SPDX-License-Identifier: Apache-2.0
+#include "nadir/odometry/visual_odometry.hpp"
+
+#include <algorithm>
+#include <optional>
+#include <string>
+
+#include "initialisation.hpp"
+#include "mapping.hpp"
+#include "nadir/core/check.hpp"
+#include "resection.hpp"
+
+namespace nadir::odometry {
+namespace {
+
+using Views = std::vector<std::shared_ptr<const View>>;
+
+constexpr std::size_t kMaxWaiting = 24;  // images kept while a map is being started
+
+// An image oriented between two key frames: it follows its key frame when that is adjusted.
+struct Follower {
+  ImagePose pose;
+  int key_frame = 0;
+  Rigid3 camera_from_key_frame;
+};
+
+struct Moment {
+  Time time = 0;
+  Rigid3 camera_from_map;
+};
+
+template <class Value>
+void require(bool holds, const char* key, Value value, const char* range) {
+  if (holds) return;
+  std::ostringstream message;
+  message << "odometry." << key << " = " << value << " is out of range: choose " << range;
+  throw InputError(message.str());
+}
+
+Health health_of(const View& view) {
+  Health health;
+  health.sharpness = view.sharpness;
+  health.exposure = view.exposure;
+  return health;
+}
+
+void count(Health& health, const Resection& resection, const CameraModel& camera) {
+  health.tie_points = static_cast<std::uint32_t>(resection.seen.size());
+  health.rms_px = resection.rms_px;
+  for (const Seen& s : resection.seen) {
+    const std::size_t right = s.pixel.x() > 0.5 * camera.width ? 1 : 0;
+    const std::size_t bottom = s.pixel.y() > 0.5 * camera.height ? 2 : 0;
+    ++health.by_quadrant[bottom + right];
+  }
+}
+
+Alert loss_alert(const Frame& frame, LossReason reason) {
+  Alert alert{frame.time, frame.image, AlertKind::tracking_lost, {}, {}};
+  const std::string image = "image " + std::to_string(frame.image) + ": ";
+  switch (reason) {
+    case LossReason::blank_image:
+      alert.message = image + "nothing to see (blank image)";
+      alert.remedy = "check lamps and lens, let silt settle or go closer to the seabed";
+      break;
+    case LossReason::too_few_matches:
+      alert.message = image + "too few matches with the images before";
+      alert.remedy = "go back over the last good ground, slower and with more overlap";
+      break;
+    case LossReason::too_large_motion:
+      alert.message = image + "does not overlap the images before (too large a motion)";
+      alert.remedy = "go back to the last good view, then move on slower";
+      break;
+  }
+  return alert;
+}
+
+}  // namespace
+
+void Config::check() const {
+  require(initial_images >= 3 && initial_images <= 9, "initial_images", initial_images, "3 to 9");
+  require(window >= 3 && window <= 50, "window", window, "3 to 50");
+  require(features >= 200 && features <= 20000, "features", features, "200 to 20000");
+  require(tie_points >= 100 && tie_points <= 5000, "tie_points", tie_points, "100 to 5000");
+  require(key_frame_shift > 0 && key_frame_shift < 0.5, "key_frame_shift", key_frame_shift,
+          "more than 0, less than 0.5 of the shorter side");
+  require(min_parallax_deg > 0.1 && min_parallax_deg < 20, "min_parallax_deg", min_parallax_deg,
+          "0.1 to 20 degrees");
+  require(relocalise_key_frames >= 1 && relocalise_key_frames <= 100, "relocalise_key_frames",
+          relocalise_key_frames, "1 to 100");
+}
+
+/// The state machine of paper 3.2:
+///
+///   waiting --an image with structure--> initialising --n key images fit--> tracking
+///                                             |                               |   ^
+///                                        images part                  no pose |   | the map is
+///                                             v                               v   | found again,
+///                                             or
+///                                          waiting                           lost-+ a new one
+///                                          starts
+struct VisualOdometry::State {
+  Config config;
+  Placement placement;
+  TrackingState tracking = TrackingState::waiting;
+
+  std::optional<Map> map;
+  std::vector<Follower> followers;
+  std::vector<Moment> track;  ///< the last two oriented images
+  std::uint32_t next_submap = 0;
+  std::uint64_t next_id = 0;
+
+  Views waiting;         ///< images that may still be oriented once a map starts
+  Views key_images;      ///< those of them to start it from
+  bool alerted = false;  ///< of this loss
+
+  void process(const std::shared_ptr<const View>& view, Orientation& out);
+  void follow(const std::shared_ptr<const View>& view, Orientation& out);
+  void lose(const std::shared_ptr<const View>& view, LossReason reason, Orientation& out);
+  void recover(const std::shared_ptr<const View>& view, Orientation& out);
+  void gather(const std::shared_ptr<const View>& view, Orientation& out);
+  bool start(Orientation& out);
+  void give_up_waiting(Orientation& out);
+
+  void accept(const std::shared_ptr<const View>& view, const Resection& resection,
+              Orientation& out);
+  void orient_waiting(Orientation& out);
+  void publish_window(const AdjustmentSummary& summary, int images, Orientation& out);
+  ResectionResult resect_here(const View& view, std::optional<Rigid3> predicted, int key_frames);
+  std::optional<Rigid3> predict(Time time) const;
+  double shift(const Resection& resection) const;
+};
+
+void VisualOdometry::State::process(const std::shared_ptr<const View>& view, Orientation& out) {
+  switch (tracking) {
+    case TrackingState::waiting:
+    case TrackingState::initialising:
+      return gather(view, out);
+    case TrackingState::tracking:
+      return follow(view, out);
+    case TrackingState::lost:
+      return recover(view, out);
+  }
+}
+
+void VisualOdometry::State::follow(const std::shared_ptr<const View>& view, Orientation& out) {
+  const auto result = resect_here(*view, predict(view->frame->time), 3);
+  if (!result.resection) return lose(view, result.reason, out);
+  accept(view, *result.resection, out);
+}
+
+void VisualOdometry::State::lose(const std::shared_ptr<const View>& view, LossReason reason,
+                                 Orientation& out) {
+  tracking = TrackingState::lost;
+  track.clear();
+  out.alerts.push_back(loss_alert(*view->frame, reason));
+  alerted = true;
+  if (config.on_lost == OnLost::stop) {
+    out.lost.push_back(view->frame->image);
+    return;
+  }
+  gather(view, out);
+}
+
+void VisualOdometry::State::recover(const std::shared_ptr<const View>& view, Orientation& out) {
+  if (config.on_lost == OnLost::stop) {
+    out.lost.push_back(view->frame->image);
+    return;
+  }
+  if (map) {
+    const auto result = resect_here(*view, std::nullopt, config.relocalise_key_frames);
+    if (result.resection) {
+      tracking = TrackingState::tracking;
+      out.alerts.push_back({view->frame->time, view->frame->image, AlertKind::tracking_recovered,
+                            "the ground seen before was found again", "none needed"});
+      accept(view, *result.resection, out);
+      orient_waiting(out);
+      return;
+    }
+  }
+  gather(view, out);
+}
+
+void VisualOdometry::State::gather(const std::shared_ptr<const View>& view, Orientation& out) {
+  if (is_blank(*view)) {
+    give_up_waiting(out);
+    out.lost.push_back(view->frame->image);
+    if (!std::exchange(alerted, true)) {
+      out.alerts.push_back(loss_alert(*view->frame, LossReason::blank_image));
+    }
+    return;
+  }
+  if (tracking == TrackingState::waiting) tracking = TrackingState::initialising;
+  if (!key_images.empty()) {
+    constexpr std::size_t kMinPairs = 25;
+    const auto matched = correspond(key_images.back()->features, view->features, view->camera());
+    if (matched.pairs.size() < kMinPairs) {
+      give_up_waiting(out);
+      if (!std::exchange(alerted, true)) {
+        out.alerts.push_back(loss_alert(*view->frame, LossReason::too_large_motion));
+      }
+    } else if (matched.shift_px <
+               config.key_frame_shift * std::min(view->camera().width, view->camera().height)) {
+      waiting.push_back(view);
+      if (waiting.size() > kMaxWaiting) {
+        const auto idle = std::find_if(waiting.begin(), waiting.end(), [&](const auto& v) {
+          return std::find(key_images.begin(), key_images.end(), v) == key_images.end();
+        });
+        out.lost.push_back((*idle)->frame->image);
+        waiting.erase(idle);
+      }
+      return;
+    }
+  }
+  waiting.push_back(view);
+  key_images.push_back(view);
+  if (static_cast<int>(key_images.size()) < config.initial_images) return;
+  if (start(out)) return;
+  key_images.erase(key_images.begin());
+}
+
+bool VisualOdometry::State::start(Orientation& out) {
+  auto started = start_map(key_images, config);
+  if (!started) return false;
+  map = std::move(started);
+  map->submap = next_submap++;
+  map->first_id = next_id;
+  followers.clear();
+  AdjustmentSummary summary = adjust_window(*map, config.initial_images, 1);
+  std::vector<std::shared_ptr<const Frame>> frames;
+  for (const auto& v : key_images) frames.push_back(v->frame);
+  const auto placed = placement(make_window(*map, config.initial_images, summary), frames);
+  move(*map, placed.survey_from_odometry);
+  map->scale = placed.scale;
+  map->axes = placed.axes;
+  const Frame& first = *key_images.front()->frame;
+  if (map->submap > 0) {
+    out.alerts.push_back({first.time, first.image, AlertKind::submap_started,
+                          "sub-map " + std::to_string(map->submap) + " starts at image " +
+                              std::to_string(first.image) +
+                              (placed.uncertain ? ", its place is uncertain" : ""),
+                          "pass over ground seen before to join it"});
+    out.alerts.push_back({out.shot ? out.shot->time : first.time,
+                          out.shot ? out.shot->image : first.image, AlertKind::tracking_recovered,
+                          "tracking again in a new sub-map", "none needed"});
+  }
+  tracking = TrackingState::tracking;
+  std::erase_if(waiting, [&](const auto& v) {
+    return std::find(key_images.begin(), key_images.end(), v) != key_images.end();
+  });
+  track.clear();
+  for (const KeyFrame& k : map->key_frames) track.push_back({k.time, k.camera_from_map});
+  track.erase(track.begin(), track.end() - 2);
+  for (const KeyFrame& k : map->key_frames) out.poses.push_back(pose_of(*map, k));
+  publish_window(summary, config.initial_images, out);
+  orient_waiting(out);
+  alerted = false;
+  key_images.clear();
+  return true;
+}
+
+void VisualOdometry::State::orient_waiting(Orientation& out) {
+  for (const auto& view : waiting) {
+    const auto result = resect_here(*view, std::nullopt, static_cast<int>(map->key_frames.size()));
+    if (!result.resection) {
+      out.lost.push_back(view->frame->image);
+      continue;
+    }
+    const Resection& r = *result.resection;
+    out.poses.push_back({view->frame->image, view->frame->time, map->submap,
+                         r.camera_from_map.inverse(), false,
+                         static_cast<std::uint32_t>(r.seen.size()), r.rms_px});
+  }
+  waiting.clear();
+  key_images.clear();
+}
+
+void VisualOdometry::State::give_up_waiting(Orientation& out) {
+  for (const auto& v : waiting) out.lost.push_back(v->frame->image);
+  waiting.clear();
+  key_images.clear();
+  if (tracking == TrackingState::initialising) tracking = TrackingState::waiting;
+}
+
+void VisualOdometry::State::accept(const std::shared_ptr<const View>& view,
+                                   const Resection& resection, Orientation& out) {
+  count(out.health, resection, view->camera());
+  alerted = false;
+  const auto shorter = std::min(view->camera().width, view->camera().height);
+  const bool new_ground = shift(resection) > config.key_frame_shift * shorter ||
+                          static_cast<int>(resection.seen.size()) < config.tie_points / 4;
+  Rigid3 pose = resection.camera_from_map;
+  if (new_ground) {
+    add_key_frame(*map, view, resection);
+    add_tie_points(*map, config);
+    const auto summary = adjust_window(*map, config.window, map->rig->right ? 1 : 2);
+    const std::size_t n = map->key_frames.size();
+    for (std::size_t k = n - std::min(n, static_cast<std::size_t>(config.window)); k < n; ++k) {
+      out.poses.push_back(pose_of(*map, map->key_frames[k]));
+    }
+    for (Follower& f : followers) {
+      f.pose.survey_from_camera =
+          (f.camera_from_key_frame * map->key_frame(f.key_frame).camera_from_map).inverse();
+      out.poses.push_back(f.pose);
+    }
+    std::erase_if(followers, [&](const Follower& f) {
+      return f.key_frame + config.window <= static_cast<int>(n);
+    });
+    publish_window(summary, config.window, out);
+    retire(*map, config);
+    pose = map->last().camera_from_map;
+  } else {
+    const ImagePose image_pose{view->frame->image,
+                               view->frame->time,
+                               map->submap,
+                               pose.inverse(),
+                               false,
+                               static_cast<std::uint32_t>(resection.seen.size()),
+                               resection.rms_px};
+    out.poses.push_back(image_pose);
+    followers.push_back({image_pose, static_cast<int>(map->key_frames.size()) - 1,
+                         pose * map->last().camera_from_map.inverse()});
+  }
+  track.push_back({view->frame->time, pose});
+  if (track.size() > 2) track.erase(track.begin());
+}
+
+void VisualOdometry::State::publish_window(const AdjustmentSummary& summary, int images,
+                                           Orientation& out) {
+  out.window = std::make_shared<const Window>(make_window(*map, images, summary));
+  next_id = map->first_id + map->points.size();
+}
+
+ResectionResult VisualOdometry::State::resect_here(const View& view,
+                                                   std::optional<Rigid3> predicted,
+                                                   int key_frames) {
+  std::vector<int> references;
+  const int last = static_cast<int>(map->key_frames.size()) - 1;
+  for (int k = last; k >= 0 && k > last - key_frames; --k) references.push_back(k);
+  return resect(*map, view, predicted, references, config);
+}
+
+std::optional<Rigid3> VisualOdometry::State::predict(Time time) const {
+  if (track.empty()) return std::nullopt;
+  if (track.size() < 2 || track[1].time <= track[0].time) return track.back().camera_from_map;
+  const double share =
+      std::clamp(seconds(time - track[1].time) / seconds(track[1].time - track[0].time), 0.0, 3.0);
+  const Rigid3 step = track[1].camera_from_map * track[0].camera_from_map.inverse();
+  const Rigid3 onward{Eigen::Quaterniond::Identity().slerp(share, step.rotation),
+                      share * step.translation};
+  return onward * track[1].camera_from_map;
+}
+
+// Median image motion since the last key frame, px.
+double VisualOdometry::State::shift(const Resection& resection) const {
+  std::vector<double> shifts;
+  for (const Seen& s : resection.seen) {
+    const auto before = map->rig->left.project(map->last().camera_from_map * map->point(s.point).x);
+    if (before) shifts.push_back((s.pixel - *before).norm());
+  }
+  if (shifts.empty()) return 1e9;
+  const auto middle = shifts.begin() + static_cast<std::ptrdiff_t>(shifts.size() / 2);
+  std::nth_element(shifts.begin(), middle, shifts.end());
+  return *middle;
+}
+
+VisualOdometry::VisualOdometry(Config config, Placement placement)
+    : state_(std::make_unique<State>()) {
+  config.check();
+  NADIR_CHECK(placement != nullptr);
+  state_->config = config;
+  state_->placement = std::move(placement);
+}
+VisualOdometry::VisualOdometry(VisualOdometry&&) noexcept = default;
+VisualOdometry& VisualOdometry::operator=(VisualOdometry&&) noexcept = default;
+VisualOdometry::~VisualOdometry() = default;
+
+Orientation VisualOdometry::process(std::shared_ptr<const Shot> shot) {
+  Orientation out;
+  out.shot = std::move(shot);
+  if (out.shot->frame) {
+    const auto view = prepare_view(out.shot->frame, state_->config.features);
+    out.health = health_of(*view);
+    state_->process(view, out);
+  }
+  out.state = state_->tracking;
+  out.submap = state_->map ? state_->map->submap : 0;
+  return out;
+}
+
+Orientation VisualOdometry::finish() {
+  Orientation out;
+  state_->give_up_waiting(out);
+  out.state = state_->tracking;
+  out.submap = state_->map ? state_->map->submap : 0;
+  return out;
+}
+
+}  // namespace nadir::odometry

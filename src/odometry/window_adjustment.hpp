@@ -1,0 +1,51 @@
+// SPDX-FileCopyrightText: nadir contributors
+// SPDX-License-Identifier: Apache-2.0
+// Bundle adjustment (paper 3.2): poses and tie points that minimise the robust reprojection error;
+// what is marked fixed keeps the reference system and the scale. Also the resection of one image.
+#pragma once
+
+#include <Eigen/Core>
+#include <vector>
+
+#include "nadir/core/camera_model.hpp"
+
+namespace nadir::odometry {
+
+/// The adjustment as a value: what is given, and after `adjust` what was found.
+struct Adjustment {
+  struct Image {
+    Rigid3 camera_from_map;
+    bool fixed = false;
+  };
+  struct Point {
+    Eigen::Vector3d x_in_map;
+    bool fixed = false;
+  };
+  struct Observation {
+    int image = 0;        ///< index into images
+    int point = 0;        ///< index into points
+    bool right = false;   ///< seen by the right camera of the pair
+    Eigen::Vector2d ray;  ///< normalised undistorted coordinates in that camera
+    double error_px = 0;  ///< out: reprojection error; infinite behind the camera
+  };
+  std::vector<Image> images;
+  std::vector<Point> points;
+  std::vector<Observation> observations;
+};
+
+struct AdjustmentSummary {
+  double rms_px = 0;  ///< of all observations, weighted as the robust loss saw them
+  int iterations = 0;
+  bool converged = false;
+  bool usable = false;  ///< finite, and the cost did not grow; else nothing was changed
+};
+
+struct AdjustmentOptions {
+  double robust_px = 1.0;  ///< errors beyond weigh ever less (Cauchy)
+  int iterations = 20;
+};
+
+AdjustmentSummary adjust(Adjustment& adjustment, const CameraRig& rig,
+                         const AdjustmentOptions& options = {});
+
+}  // namespace nadir::odometry

@@ -1,0 +1,80 @@
+// SPDX-FileCopyrightText: nadir contributors
+// SPDX-License-Identifier: Apache-2.0
+// The point clouds: binary little-endian PLY, streamed from the journal.
+#include "products.hpp"
+
+namespace nadir::record {
+namespace {
+
+// Up to here single precision is good to a quarter of a millimetre.
+constexpr double kFarthestInFloat = 4096;
+
+class PlyWriter {
+ public:
+  PlyWriter(LooseFile& file, const Ledger& ledger, std::uint64_t vertices,
+            const std::string& last_properties)
+      : file_(file), expected_(vertices), wide_(ledger.farthest > kFarthestInFloat) {
+    const std::string real = wide_ ? "double" : "float";
+    file.write("ply\nformat binary_little_endian 1.0\ncomment survey frame, " +
+               survey_unit(ledger.scale()) + "\nelement vertex " + std::to_string(vertices) +
+               "\nproperty " + real + " x\nproperty " + real + " y\nproperty " + real +
+               " z\nproperty uchar red\nproperty uchar green\nproperty uchar blue\n" +
+               last_properties + "end_header\n");
+  }
+
+  void point(const Eigen::Vector3d& x, const std::array<std::uint8_t, 3>& rgb) {
+    for (const double value : x) {
+      wide_ ? file_.put(value) : file_.put(static_cast<float>(value));
+    }
+    for (const std::uint8_t value : rgb) file_.put(value);
+    ++written_;
+  }
+
+  // The header promised a number; the journal may have gone bad since it was counted.
+  bool whole() const { return written_ == expected_; }
+
+ private:
+  LooseFile& file_;
+  std::uint64_t expected_, written_ = 0;
+  bool wide_;
+};
+
+template <class Each>
+void for_each_shot(const path& dive, Each each) {
+  JournalReader journal(dive);
+  while (const auto record = journal.next()) {
+    if (record->type != RecordType::shot) continue;
+    if (const auto facts = decode_facts(record->payload)) each(*facts, record->sequence);
+  }
+}
+
+}  // namespace
+
+bool write_sparse(LooseFile& file, const Ledger& ledger, const path& dive) {
+  PlyWriter ply(file, ledger, ledger.tie_points.size(),
+                "property uint observations\nproperty uint submap\n");
+  for_each_shot(dive, [&](const Facts& facts, std::uint64_t sequence) {
+    if (!facts.window) return;
+    for (const TiePoint& point : facts.window->tie_points) {
+      if (ledger.tie_points.at(point.id) != sequence) continue;
+      ply.point(point.x_in_survey, point.rgb);
+      file.put(point.images);
+      file.put(facts.window->submap);
+    }
+  });
+  return ply.whole();
+}
+
+bool write_projection3d(LooseFile& file, const Ledger& ledger, const path& dive) {
+  PlyWriter ply(file, ledger, ledger.grid_points, "property uint image\n");
+  for_each_shot(dive, [&](const Facts& facts, std::uint64_t) {
+    if (!facts.grid) return;
+    for (const CloudPoint& point : facts.grid->points()) {
+      ply.point(point.x_in_survey, point.rgb);
+      file.put(static_cast<std::uint32_t>(facts.grid->image));
+    }
+  });
+  return ply.whole();
+}
+
+}  // namespace nadir::record

@@ -1,0 +1,222 @@
+// SPDX-FileCopyrightText: nadir contributors
+// SPDX-License-Identifier: Apache-2.0
+#include "nadir/record/dive.hpp"
+
+#include <algorithm>
+
+#include "nadir/core/check.hpp"
+#include "products.hpp"
+#include "projected_folder.hpp"
+
+namespace nadir::record {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr std::size_t kMostPending = 1000;  // alerts that wait for the disk
+
+enum class Condition { saving, without_images, paused };
+
+bool holds_files(const path& folder) {
+  std::error_code error;
+  return std::ranges::any_of(fs::recursive_directory_iterator(folder, error),
+                             [](const fs::directory_entry& item) { return !item.is_directory(); });
+}
+
+[[noreturn]] void refuse(const path& folder, std::string_view fault, std::string_view remedy) {
+  throw InputError(folder.string() + ": " + std::string(fault) + "; " + std::string(remedy));
+}
+
+Alert unfinished(const std::string& reason) {
+  Alert alert;
+  alert.kind = AlertKind::storage;
+  alert.message = "not all files of the dive were written: " + reason;
+  alert.remedy = "free space on the disk, then run: nadir recover";
+  return alert;
+}
+
+void require(int result, const path& folder) {
+  constexpr std::string_view kRemedy = "check the path, its permissions and the space on the disk";
+  if (result < 0) refuse(folder, describe(result), kRemedy);
+}
+
+// A folder that is there already will do.
+void make_folder(Disk& disk, const path& folder) {
+  std::error_code error;
+  if (fs::is_directory(folder, error)) return;
+  require(disk.make_directory(folder), folder);
+}
+
+// Its absolute name.
+path begin_folder(Disk& disk, const path& folder) {
+  path name = fs::absolute(folder).lexically_normal();
+  if (!name.has_filename()) name = name.parent_path();  // "dives/today/"
+  std::error_code error;
+  fs::create_directories(name.parent_path(), error);
+  make_folder(disk, name);
+  require(sync_directory(disk, name.parent_path()), name);
+  return name;
+}
+
+void require_unused(const path& folder, const FolderLock& lock) {
+  constexpr std::string_view kRemedy = "choose another folder";
+  if (!lock.held()) refuse(folder, "is being recorded by another program", kRemedy);
+  if (has_journal(folder)) refuse(folder, "already holds a dive", kRemedy);
+  if (holds_files(folder)) refuse(folder, "is not empty", kRemedy);
+}
+
+std::string describe(Condition from, Condition to, int error, std::uint64_t unsaved) {
+  const std::string reason(record::describe(error)), count = std::to_string(unsaved);
+  switch (to) {
+    case Condition::paused:
+      return "recording paused: " + reason;
+    case Condition::without_images:
+      return "projected images are not saved: " + reason;
+    case Condition::saving:
+      break;
+  }
+  return from == Condition::paused ? "recording again; images not recorded: " + count
+                                   : "projected images are saved again; not saved: " + count;
+}
+
+Alert storage_alert(const Facts& facts, std::string message, bool trouble) {
+  constexpr std::string_view kRemedy =
+      "free space on the disk or replace it; recording goes on by itself when it can";
+  return {facts.time, facts.image, AlertKind::storage, std::move(message),
+          trouble ? std::string(kRemedy) : std::string()};
+}
+
+}  // namespace
+
+struct Dive::State {
+  State(Disk& disk_used, const path& dive, const Config& configured)
+      : disk(disk_used),
+        folder(begin_folder(disk, dive)),
+        config(configured),
+        lock(folder),
+        journal(disk, folder),
+        projected(disk, folder) {
+    require_unused(folder, lock);
+    make_folder(disk, folder / "projected");
+    make_folder(disk, folder / "mosaic2d");
+  }
+
+  int save_projected(const Entry& entry, Facts& facts);
+  std::vector<Alert> conclude(const Facts& facts, int image_error, int journal_error);
+  void record_pending();
+  std::vector<Alert> make_files(const nlohmann::json& rates);
+
+  Disk& disk;
+  path folder;
+  Config config;
+  FolderLock lock;
+  JournalWriter journal;
+  ProjectedFolder projected;
+  MosaicTiles tiles;
+  Condition condition = Condition::saving;
+  std::vector<Alert> pending;  ///< alerts the journal does not have yet
+  std::uint64_t unsaved = 0;   ///< since the condition was last good
+  std::uint64_t seen = 0, saved = 0;
+  std::uint64_t captured = 0;
+};
+
+std::vector<Alert> Dive::State::make_files(const nlohmann::json& rates) {
+  const Ledger ledger = read_ledger(folder);
+  for (const ProjectedFile& file : ledger.projected) settle(disk, folder, file, false);
+  remove_leftovers(disk, folder);
+  const Outcome outcome = make_products(disk, folder, ledger, tiles, {});
+  if (!outcome.failed.empty()) {
+    const auto& [name, error] = *outcome.failed.begin();
+    return {unfinished(name + ": " + std::string(record::describe(error)))};
+  }
+  const double area = covered_area(ledger, tiles);
+  const int error = write_summary(disk, folder, summary(ledger, area, outcome.stamps, rates));
+  if (error != 0) return {unfinished("dive.json: " + std::string(record::describe(error)))};
+  return {};
+}
+
+int Dive::State::save_projected(const Entry& entry, Facts& facts) {
+  if (!config.projected || !entry.mosaic || !entry.mosaic->projected) return 0;
+  const auto effort = config.small_png ? image_io::PngEffort::small : image_io::PngEffort::fast;
+  ProjectedFile file;
+  const int error = projected.write(*entry.mosaic->projected, effort, file);
+  if (error == 0) facts.projected = file;
+  return error;
+}
+
+std::vector<Alert> Dive::State::conclude(const Facts& facts, int image_error, int journal_error) {
+  const Condition now = journal_error != 0 ? Condition::paused
+                        : image_error != 0 ? Condition::without_images
+                                           : Condition::saving;
+  const int error = journal_error != 0 ? journal_error : image_error;
+  if (now != Condition::saving) ++unsaved;
+  if (now == condition) return {};
+  const Alert alert =
+      storage_alert(facts, describe(condition, now, error, unsaved), now != Condition::saving);
+  if (now == Condition::saving) unsaved = 0;
+  condition = now;
+  pending.push_back(alert);
+  return {alert};
+}
+
+void Dive::State::record_pending() {
+  while (!pending.empty() && journal.append(RecordType::alert, encode(pending.front())) == 0) {
+    pending.erase(pending.begin());
+  }
+}
+
+Dive::Dive(const fs::path& folder, const DiveInfo& info, const Config& config)
+    : Dive(folder, info, config, system_disk()) {}
+
+Dive::Dive(const fs::path& folder, const DiveInfo& info, const Config& config, Disk& disk) {
+  config.check();
+  state_ = std::make_unique<State>(disk, folder, config);
+  require(state_->journal.append(RecordType::begin, encode_begin(info.about)), folder);
+}
+
+Dive::~Dive() = default;
+
+std::vector<Alert> Dive::add(const Entry& entry) {
+  State& s = *state_;
+  Facts facts = facts_of(entry);
+  if (facts.of_shot) {
+    ++s.seen;
+    s.captured = std::max(s.captured, facts.image + 1);
+  }
+  const int image_error = s.save_projected(entry, facts);
+  facts.alerts.insert(facts.alerts.begin(), s.pending.begin(), s.pending.end());
+  const int journal_error = s.journal.append(RecordType::shot, encode(facts));
+  if (journal_error == 0) {
+    if (facts.of_shot) ++s.saved;
+    s.pending.clear();
+    // A name not given now is given by finish() or recover().
+    if (facts.projected) s.projected.publish(*facts.projected);
+  }
+  if (entry.mosaic) {
+    for (const auto& tile : entry.mosaic->tiles) s.tiles[place_of(*tile)] = tile;
+  }
+  return s.conclude(facts, image_error, journal_error);
+}
+
+void Dive::add(const Alert& alert) {
+  State& s = *state_;
+  if (s.pending.size() < kMostPending) s.pending.push_back(alert);
+  s.record_pending();  // a disk that fails is told with the next entry
+}
+
+std::uint64_t Dive::seen() const { return state_->seen; }
+std::uint64_t Dive::saved() const { return state_->saved; }
+
+std::vector<Alert> Dive::finish(const nlohmann::json& rates, std::uint64_t dropped_after) {
+  State& s = *state_;
+  s.record_pending();
+  s.journal.append(RecordType::end, encode_end(s.captured + dropped_after, dropped_after));
+  s.journal.close();
+  try {
+    return s.make_files(rates);
+  } catch (const InputError& error) {  // the journal is gone, perhaps with the card
+    return {unfinished(error.what())};
+  }
+}
+
+}  // namespace nadir::record

@@ -1,0 +1,202 @@
+// SPDX-FileCopyrightText: nadir contributors
+// SPDX-License-Identifier: Apache-2.0
+#include "journal.hpp"
+
+#include <zlib.h>
+
+#include <algorithm>
+#include <array>
+#include <utility>
+
+#include "nadir/core/check.hpp"
+#include "text.hpp"
+
+namespace nadir::record {
+namespace {
+
+constexpr std::array<char, 8> kSegmentMagic{'N', 'A', 'D', 'I', 'R', 'J', 'N', 'L'};
+constexpr std::uint32_t kVersion = 1;
+constexpr std::size_t kSegmentHeader = 24;
+constexpr std::array<char, 4> kRecordMagic{'N', 'D', 'R', 'C'};
+constexpr std::size_t kRecordHeader = 24;
+constexpr std::uint32_t kLargestPayload = 1u << 28;
+
+path segment_name(const path& folder, std::uint32_t number) {
+  return folder / ("journal-" + padded(number, 3) + ".nadir");
+}
+
+Bytes segment_header(std::uint32_t number, std::uint64_t first_sequence) {
+  Encoder header;
+  header.raw(kSegmentMagic.data(), kSegmentMagic.size());
+  header(kVersion, number, first_sequence);
+  return header.take();
+}
+
+std::uint32_t checksum(std::uint32_t size, RecordType type, std::uint64_t sequence,
+                       ByteView payload) {
+  Encoder covered;
+  covered(size, type, sequence);
+  const Bytes head = covered.take();
+  const uLong crc = crc32_z(0, head.data(), head.size());
+  return static_cast<std::uint32_t>(crc32_z(crc, payload.data(), payload.size()));
+}
+
+Bytes framed(RecordType type, std::uint64_t sequence, ByteView payload) {
+  NADIR_CHECK(payload.size() <= kLargestPayload, payload.size());
+  const auto size = static_cast<std::uint32_t>(payload.size());
+  Encoder record;
+  record.raw(kRecordMagic.data(), kRecordMagic.size());
+  record(size, type, checksum(size, type, sequence, payload), sequence);
+  record.raw(payload.data(), payload.size());
+  return record.take();
+}
+
+}  // namespace
+
+int JournalWriter::append(RecordType type, ByteView payload) {
+  const Bytes record = framed(type, next_sequence_, payload);
+  int result = append_once(record);
+  if (result != 0) result = append_once(record);
+  ++next_sequence_;  // also after a failure: the disk may hold the record all the same
+  return result;
+}
+
+int JournalWriter::append_once(ByteView record) {
+  int result = file_ < 0 ? begin_segment() : 0;
+  if (result == 0) result = write_all(disk_, file_, record);
+  if (result == 0) result = sync_file(disk_, file_);
+  if (result == 0) {
+    ++records_in_segment_;
+  } else {
+    // After a failed sync nobody knows what the file holds: what follows goes to a new one.
+    abandon_segment();
+  }
+  return result;
+}
+
+int JournalWriter::begin_segment() {
+  const path name = segment_name(folder_, segment_);
+  file_ = open_file(disk_, name, Disk::Open::fresh);
+  if (file_ < 0) return file_;
+  records_in_segment_ = 0;
+  const int result = write_all(disk_, file_, segment_header(segment_, next_sequence_));
+  return result != 0 ? result : sync_directory(disk_, folder_);
+}
+
+void JournalWriter::abandon_segment() {
+  if (file_ < 0) return;
+  close();
+  if (records_in_segment_ > 0) {
+    ++segment_;
+  } else {
+    disk_.remove(segment_name(folder_, segment_));
+  }
+}
+
+void JournalWriter::close() {
+  if (file_ >= 0) disk_.close(file_);
+  file_ = -1;
+}
+
+JournalReader::JournalReader(path folder) : folder_(std::move(folder)) {
+  if (!has_journal(folder_)) {
+    throw InputError(folder_.string() +
+                     ": no journal-000.nadir in it; give the folder of a dive recorded by nadir");
+  }
+  open_segment();
+}
+
+std::optional<Record> JournalReader::next() {
+  do {
+    while (auto record = next_in_segment()) {
+      if (record->sequence < expected_) continue;
+      expected_ = record->sequence + 1;
+      return record;
+    }
+  } while (open_segment());
+  return std::nullopt;
+}
+
+bool JournalReader::open_segment() {
+  const path name = segment_name(folder_, next_segment_);
+  file_ = std::ifstream(name, std::ios::binary);
+  if (!file_) return false;
+  ++next_segment_;
+  std::error_code error;
+  size_ = std::filesystem::file_size(name, error);
+  if (error) size_ = 0;
+  position_ = 0;
+  Bytes header(kSegmentHeader);
+  file_.read(reinterpret_cast<char*>(header.data()), kSegmentHeader);
+  std::array<char, 8> magic{};
+  std::uint32_t version = 0, number = 0;
+  std::uint64_t first_sequence = 0;
+  Decoder decoder(header);
+  decoder(magic, version, number, first_sequence);
+  following_.reset();
+  if (!file_ || magic != kSegmentMagic) return true;  // damaged: its records may still be whole
+  if (version > kVersion) {
+    throw InputError(name.string() + ": written by a later version of nadir; use that one");
+  }
+  following_ = first_sequence;
+  return true;
+}
+
+std::optional<Record> JournalReader::next_in_segment() {
+  while (position_ + kRecordHeader <= size_) {
+    if (auto record = read_at(position_)) {
+      position_ += kRecordHeader + record->payload.size();
+      missing_ += record->sequence - std::min(record->sequence, following_.value_or(~0ull));
+      following_ = record->sequence + 1;
+      return record;
+    }
+    seek_magic();
+  }
+  return std::nullopt;
+}
+
+std::optional<Record> JournalReader::read_at(std::uint64_t position) {
+  Bytes header(kRecordHeader);
+  file_.clear();
+  file_.seekg(static_cast<std::streamoff>(position));
+  file_.read(reinterpret_cast<char*>(header.data()), kRecordHeader);
+  std::array<std::uint8_t, 4> magic{};
+  std::uint32_t size = 0, crc = 0;
+  Record record;
+  Decoder decoder(header);
+  decoder(magic, size, record.type, crc, record.sequence);
+  if (!file_ || !std::ranges::equal(magic, kRecordMagic) ||
+      size > std::min<std::uint64_t>(kLargestPayload, size_ - position - kRecordHeader)) {
+    return std::nullopt;
+  }
+  record.payload.resize(size);
+  file_.read(reinterpret_cast<char*>(record.payload.data()), size);
+  if (!file_ || checksum(size, record.type, record.sequence, record.payload) != crc) {
+    return std::nullopt;
+  }
+  return record;
+}
+
+// Moves to the next place after this one that looks like a record.
+void JournalReader::seek_magic() {
+  Bytes chunk(1 << 16);
+  ++position_;
+  while (position_ + kRecordHeader <= size_) {
+    file_.clear();
+    file_.seekg(static_cast<std::streamoff>(position_));
+    file_.read(reinterpret_cast<char*>(chunk.data()), static_cast<std::streamsize>(chunk.size()));
+    const auto end = chunk.begin() + file_.gcount();
+    const auto found = std::search(chunk.begin(), end, kRecordMagic.begin(), kRecordMagic.end());
+    position_ += static_cast<std::uint64_t>(found - chunk.begin());
+    if (found != end) return;
+    // On, with room for a magic across two chunks; what cannot be read is passed over.
+    position_ += static_cast<std::uint64_t>(chunk.end() - end) + 1 - kRecordMagic.size();
+  }
+}
+
+bool has_journal(const path& folder) {
+  std::error_code error;
+  return std::filesystem::exists(segment_name(folder, 0), error);
+}
+
+}  // namespace nadir::record

@@ -1,0 +1,154 @@
+// SPDX-FileCopyrightText: nadir contributors
+// SPDX-License-Identifier: Apache-2.0
+#include "ledger.hpp"
+
+#include <algorithm>
+
+namespace nadir::record {
+namespace {
+
+void add_pose(const ImagePose& pose, Ledger& ledger) {
+  ImageFacts& image = ledger.images[pose.image];
+  if (!image.live) image.live = pose;
+  image.final = pose;
+}
+
+void add_shot(const Facts& facts, Ledger& ledger) {
+  ImageFacts& image = ledger.images[facts.image];
+  image.recorded = true;
+  image.rejected = facts.rejected;
+  image.time = facts.time;
+  image.name = facts.name;
+  image.state = facts.state;
+  image.submap = facts.submap;
+  image.health = facts.health;
+  ledger.queue_full += facts.dropped_before;
+}
+
+void add_orientation(const Facts& facts, Ledger& ledger) {
+  for (const ImagePose& pose : facts.poses) add_pose(pose, ledger);
+  for (const std::uint64_t lost : facts.lost) ledger.images[lost].final.reset();
+}
+
+void add_window(const WindowFacts& window, std::uint64_t sequence, Ledger& ledger) {
+  ++ledger.windows;
+  if (ledger.axes == SurveyAxes::none) ledger.axes = window.axes;
+  ledger.scales[window.submap] = window.scale;
+  for (const TiePoint& point : window.tie_points) {
+    ledger.tie_points[point.id] = sequence;
+    ledger.farthest = std::max(ledger.farthest, point.x_in_survey.cwiseAbs().maxCoeff());
+  }
+}
+
+void add_grid(const Grid& grid, Ledger& ledger) {
+  for (const CloudPoint& point : grid.points()) {
+    ++ledger.grid_points;
+    ledger.farthest = std::max(ledger.farthest, point.x_in_survey.cwiseAbs().maxCoeff());
+  }
+}
+
+void add_facts(const Facts& facts, std::uint64_t sequence, Ledger& ledger) {
+  if (facts.of_shot) add_shot(facts, ledger);
+  add_orientation(facts, ledger);
+  if (facts.window) add_window(*facts.window, sequence, ledger);
+  if (facts.plane) ++ledger.planes;
+  if (facts.grid) add_grid(*facts.grid, ledger);
+  if (facts.mosaic) ledger.mosaics.emplace(facts.mosaic->mosaic, *facts.mosaic);
+  if (facts.projected) ledger.projected.push_back(*facts.projected);
+  ledger.tiles.insert(facts.tiles.begin(), facts.tiles.end());
+  ledger.alerts.insert(ledger.alerts.end(), facts.alerts.begin(), facts.alerts.end());
+}
+
+bool add_begin(const Bytes& payload, Ledger& ledger) {
+  std::string about;
+  Decoder decoder(payload);
+  decoder(about);
+  ledger.about = nlohmann::json::parse(about, nullptr, false);
+  return decoder.ended() && ledger.about.is_object();
+}
+
+bool add_end(const Bytes& payload, Ledger& ledger) {
+  std::uint64_t dropped_after = 0;
+  Decoder decoder(payload);
+  decoder(ledger.captured, dropped_after);
+  ledger.queue_full += dropped_after;
+  return ledger.ended = decoder.ended();
+}
+
+// False when the record does not hold what its type says.
+bool add_record(const Record& record, Ledger& ledger) {
+  switch (record.type) {
+    case RecordType::begin:
+      return add_begin(record.payload, ledger);
+    case RecordType::end:
+      return add_end(record.payload, ledger);
+    case RecordType::shot: {
+      const auto facts = decode_facts(record.payload);
+      if (facts) add_facts(*facts, record.sequence, ledger);
+      return facts.has_value();
+    }
+    case RecordType::alert: {
+      const auto alert = decode_alert(record.payload);
+      if (alert) ledger.alerts.push_back(*alert);
+      return alert.has_value();
+    }
+  }
+  return false;
+}
+
+}  // namespace
+
+ImageCounts Ledger::counts() const {
+  ImageCounts counts;
+  for (const auto& [number, image] : images) {
+    if (image.final) {
+      ++counts.oriented;
+    } else if (image.rejected) {
+      ++counts.image_rejected;
+    } else if (image.recorded) {
+      ++counts.lost;
+    }
+  }
+  const std::uint64_t told = counts.oriented + counts.lost + counts.image_rejected;
+  const std::uint64_t last = images.empty() ? 0 : images.rbegin()->first + 1;
+  counts.captured = std::max({captured, last, told});
+  counts.queue_full = std::min(queue_full, counts.captured - told);
+  counts.storage = counts.captured - told - counts.queue_full;
+  return counts;
+}
+
+Scale Ledger::scale() const {
+  if (scales.empty()) return {};
+  const auto less_certain = [](const auto& a, const auto& b) {
+    const bool a_known = a.second.source != ScaleSource::none;
+    const bool b_known = b.second.source != ScaleSource::none;
+    return a_known != b_known ? b_known : a.second.sigma > b.second.sigma;
+  };
+  return std::ranges::min_element(scales, less_certain)->second;
+}
+
+Ledger read_ledger(const path& dive) {
+  JournalReader journal(dive);
+  Ledger ledger;
+  ledger.about = nlohmann::json::object();
+  std::uint64_t unreadable = 0;
+  while (const auto record = journal.next()) {
+    if (!add_record(*record, ledger)) ++unreadable;
+  }
+  ledger.missing_records = journal.missing() + unreadable;
+  return ledger;
+}
+
+Bytes encode_begin(const nlohmann::json& about) {
+  Encoder encoder;
+  encoder(about.dump(-1, ' ', false, nlohmann::json::error_handler_t::replace));
+  return encoder.take();
+}
+
+Bytes encode_end(std::uint64_t captured, std::uint64_t dropped_after) {
+  Encoder encoder;
+  encoder(captured, dropped_after);
+  return encoder.take();
+}
+
+}  // namespace nadir::record

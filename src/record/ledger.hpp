@@ -1,0 +1,67 @@
+// SPDX-FileCopyrightText: nadir contributors
+// SPDX-License-Identifier: Apache-2.0
+// The journal read through once: all that the loose files say, but the bulk of points and pixels.
+#pragma once
+
+#include <map>
+#include <nlohmann/json.hpp>
+#include <optional>
+#include <set>
+#include <string>
+#include <unordered_map>
+#include <vector>
+
+#include "facts.hpp"
+#include "journal.hpp"
+
+namespace nadir::record {
+
+struct ImageFacts {
+  bool recorded = false;  ///< its shot is in the journal
+  bool rejected = false;
+  Time time = 0;
+  std::string name;
+  TrackingState state = TrackingState::waiting;
+  std::uint32_t submap = 0;
+  Health health;
+  std::optional<ImagePose> live, final;  ///< as first published, and the newest
+};
+
+/// Images of each fate; they add up to captured.
+struct ImageCounts {
+  std::uint64_t captured = 0, oriented = 0, lost = 0;
+  std::uint64_t image_rejected = 0, queue_full = 0, storage = 0;  ///< dropped, by cause
+
+  std::uint64_t dropped() const { return image_rejected + queue_full + storage; }
+};
+
+struct Ledger {
+  nlohmann::json about;  ///< what was known when the dive began
+  SurveyAxes axes = SurveyAxes::none;  ///< of the first window
+  std::map<std::uint64_t, ImageFacts> images;
+  std::vector<Alert> alerts;
+  /// Id of a tie point to the sequence of the record with its newest state.
+  std::unordered_map<std::uint64_t, std::uint64_t> tie_points;
+  std::map<std::uint32_t, Scale> scales;  ///< newest, by sub-map
+  std::uint64_t windows = 0, planes = 0, grid_points = 0;
+  double farthest = 0;  ///< largest coordinate of a point, tie point or grid's
+  std::map<std::uint32_t, MosaicGrid> mosaics;
+  std::set<TilePlace> tiles;
+  std::vector<ProjectedFile> projected;
+  std::uint64_t queue_full = 0, captured = 0;
+  bool ended = false;  ///< the dive came to its end
+  std::uint64_t missing_records = 0;
+
+  ImageCounts counts() const;
+  /// Of the whole dive: the least certain of its sub-maps'.
+  Scale scale() const;
+};
+
+/// Throws InputError as JournalReader does.
+Ledger read_ledger(const path& dive);
+
+/// First record and last of a journal.
+Bytes encode_begin(const nlohmann::json& about);
+Bytes encode_end(std::uint64_t captured, std::uint64_t dropped_after);
+
+}  // namespace nadir::record

@@ -1,0 +1,97 @@
+// SPDX-FileCopyrightText: nadir contributors
+// SPDX-License-Identifier: Apache-2.0
+#include "loose_file.hpp"
+
+#include <zlib.h>
+
+#include <algorithm>
+#include <cerrno>
+#include <fstream>
+
+namespace nadir::record {
+namespace {
+
+constexpr std::size_t kBuffer = 1 << 18;
+constexpr std::string_view kTemporary = ".tmp";
+
+path temporary_name(const path& name) {
+  std::string hidden(1, '.');
+  hidden += name.filename().string();
+  hidden += kTemporary;
+  return name.parent_path() / hidden;
+}
+
+}  // namespace
+
+void Stamp::add(ByteView bytes) {
+  size += bytes.size();
+  crc32 = static_cast<std::uint32_t>(::crc32_z(crc32, bytes.data(), bytes.size()));
+}
+
+std::optional<Stamp> stamp_of(const path& file) {
+  std::ifstream in(file, std::ios::binary);
+  if (!in) return std::nullopt;
+  Stamp stamp;
+  Bytes buffer(kBuffer);
+  while (in) {
+    in.read(reinterpret_cast<char*>(buffer.data()), static_cast<std::streamsize>(buffer.size()));
+    stamp.add(ByteView(buffer).first(static_cast<std::size_t>(in.gcount())));
+  }
+  return in.bad() ? std::nullopt : std::optional(stamp);
+}
+
+LooseFile::LooseFile(Disk& disk, path name)
+    : disk_(disk),
+      name_(std::move(name)),
+      temporary_(temporary_name(name_)),
+      file_(open_file(disk, temporary_, Disk::Open::fresh)),
+      error_(std::min(file_, 0)) {
+  buffer_.reserve(kBuffer);
+}
+
+LooseFile::~LooseFile() {
+  if (file_ >= 0) abandon();
+}
+
+bool LooseFile::write(ByteView bytes) {
+  stamp_.add(bytes);
+  if (buffer_.size() + bytes.size() > kBuffer) flush();
+  if (bytes.size() > kBuffer) {
+    if (error_ == 0) error_ = write_all(disk_, file_, bytes);
+  } else {
+    buffer_.insert(buffer_.end(), bytes.begin(), bytes.end());
+  }
+  return error_ == 0;
+}
+
+void LooseFile::flush() {
+  if (error_ == 0) error_ = write_all(disk_, file_, buffer_);
+  buffer_.clear();
+}
+
+int LooseFile::commit(bool durable) {
+  flush();
+  if (error_ == 0 && durable) error_ = sync_file(disk_, file_);
+  close();
+  if (error_ == 0) error_ = rename_file(disk_, temporary_, name_);
+  if (error_ != 0) disk_.remove(temporary_);
+  return error_;
+}
+
+int LooseFile::abandon() {
+  close();
+  disk_.remove(temporary_);
+  return error_ != 0 ? error_ : -EIO;
+}
+
+void LooseFile::close() {
+  if (file_ >= 0) disk_.close(file_);
+  file_ = -1;
+}
+
+bool is_temporary(const path& name) {
+  const std::string text = name.filename().string();
+  return text.starts_with('.') && text.ends_with(kTemporary);
+}
+
+}  // namespace nadir::record

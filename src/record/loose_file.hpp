@@ -1,0 +1,62 @@
+// SPDX-FileCopyrightText: nadir contributors
+// SPDX-License-Identifier: Apache-2.0
+// A file that appears whole or not at all: written under a temporary name, synced, renamed.
+#pragma once
+
+#include <optional>
+#include <string>
+#include <string_view>
+
+#include "archive.hpp"
+#include "disk.hpp"
+
+namespace nadir::record {
+
+/// What identifies the content of a file.
+struct Stamp {
+  std::uint64_t size = 0;
+  std::uint32_t crc32 = 0;
+  bool operator==(const Stamp&) const = default;
+  void add(ByteView bytes);
+};
+
+/// Of a file on disk; none when it cannot be read.
+std::optional<Stamp> stamp_of(const path& file);
+
+class LooseFile {
+ public:
+  LooseFile(Disk& disk, path name);
+  ~LooseFile();
+  LooseFile(const LooseFile&) = delete;
+  LooseFile& operator=(const LooseFile&) = delete;
+
+  /// False after the first failure; commit() tells it again.
+  bool write(ByteView bytes);
+  bool write(std::string_view text) { return write(as_bytes(text)); }
+  /// A number as its little-endian bytes.
+  template <class T>
+  requires std::is_arithmetic_v<T>
+  void put(T value) { write({reinterpret_cast<const std::uint8_t*>(&value), sizeof value}); }
+  /// Gives the file its name, replacing one that was there. The name is durable once its directory
+  /// is synced; without durable the content is not either. 0 or -errno.
+  int commit(bool durable = true);
+  /// Leaves what had the name before untouched. -errno: why.
+  int abandon();
+  const Stamp& stamp() const { return stamp_; }
+
+ private:
+  void flush();
+  void close();
+
+  Disk& disk_;
+  path name_, temporary_;
+  int file_;
+  int error_;
+  Bytes buffer_;
+  Stamp stamp_;
+};
+
+/// Whether the name is one a LooseFile in the making has.
+bool is_temporary(const path& name);
+
+}  // namespace nadir::record

@@ -1,0 +1,92 @@
+// SPDX-FileCopyrightText: nadir contributors
+// SPDX-License-Identifier: Apache-2.0
+#include "products.hpp"
+
+#include <algorithm>
+#include <functional>
+
+#include "projected_folder.hpp"
+#include "text.hpp"
+
+namespace nadir::record {
+namespace {
+
+using Write = std::function<bool(LooseFile&)>;
+
+std::map<std::string, Write> tables(const Ledger& ledger, const path& dive) {
+  return {
+      {"alerts.jsonl", [&](LooseFile& file) { return write_alerts(file, ledger); }},
+      {"health.csv", [&](LooseFile& file) { return write_health(file, ledger); }},
+      {"projection3d.ply", [&](LooseFile& file) { return write_projection3d(file, ledger, dive); }},
+      {"sparse.ply", [&](LooseFile& file) { return write_sparse(file, ledger, dive); }},
+      {"trajectory.tum",
+       [&](LooseFile& file) { return write_trajectory(file, ledger, &ImageFacts::final); }},
+      {"trajectory_live.tum",
+       [&](LooseFile& file) { return write_trajectory(file, ledger, &ImageFacts::live); }},
+  };
+}
+
+void add_mosaic(const MosaicRaster& raster, const Ledger& ledger, const MosaicTiles& tiles,
+                std::map<std::string, Write>& products) {
+  const std::string name = "mosaic2d/mosaic-" + padded(raster.grid.mosaic, 3);
+  products[name + ".png"] = [&](LooseFile& file) { return write_mosaic(file, raster, tiles); };
+  products[name + ".pgw"] = [&](LooseFile& file) { return file.write(text_of(raster.world())); };
+  products[name + ".png.aux.xml"] = [&](LooseFile& file) {
+    return file.write(auxiliary_xml(ledger));
+  };
+}
+
+void make(Disk& disk, const path& dive, const std::string& name, const Write& write,
+          Outcome& outcome) {
+  LooseFile file(disk, dive / name);
+  const bool written = write(file);
+  const int error = written ? file.commit() : file.abandon();
+  if (error == 0) {
+    outcome.made.push_back(name);
+    outcome.stamps[name] = file.stamp();
+  } else {
+    outcome.failed[name] = error;
+  }
+}
+
+}  // namespace
+
+Outcome make_products(Disk& disk, const path& dive, const Ledger& ledger, const MosaicTiles& tiles,
+                      const Stamps& whole) {
+  std::map<std::string, Write> products = tables(ledger, dive);
+  const auto mosaics = rasters(ledger, tiles);
+  for (const auto& [number, raster] : mosaics) add_mosaic(raster, ledger, tiles, products);
+  Outcome outcome;
+  outcome.stamps = whole;
+  for (const auto& [name, write] : products) {
+    if (!whole.contains(name)) make(disk, dive, name, write, outcome);
+  }
+  return outcome;
+}
+
+int write_summary(Disk& disk, const path& dive, const nlohmann::json& summary) {
+  // All that dive.json vouches for comes first, projected images' names and world files too.
+  if (const int error = sync_file_system(disk, dive); error != 0) return error;
+  LooseFile file(disk, dive / "dive.json");
+  file.write(summary.dump(2, ' ', false, nlohmann::json::error_handler_t::replace) + '\n');
+  const int error = file.commit();
+  return error != 0 ? error : sync_directory(disk, dive);
+}
+
+void remove_leftovers(Disk& disk, const path& dive) {
+  for (const path& folder : {dive, dive / "projected", dive / "mosaic2d"}) {
+    std::error_code error;
+    std::vector<path> leftovers;
+    for (const auto& item : std::filesystem::directory_iterator(folder, error)) {
+      if (is_spare(item.path()) || is_temporary(item.path())) leftovers.push_back(item.path());
+    }
+    std::ranges::sort(leftovers);
+    for (const path& name : leftovers) disk.remove(name);
+  }
+}
+
+std::string survey_unit(const Scale& scale) {
+  return scale.source == ScaleSource::none ? "unscaled" : "metres";
+}
+
+}  // namespace nadir::record

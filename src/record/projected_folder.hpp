@@ -1,0 +1,43 @@
+// SPDX-FileCopyrightText: nadir contributors
+// SPDX-License-Identifier: Apache-2.0
+// projected/: an image is written into one of some spare files whose names were made durable
+// beforehand, so that it costs one sync. Once the journal names the spare file, it and its world
+// file get their names.
+#pragma once
+
+#include "disk.hpp"
+#include "facts.hpp"
+#include "nadir/image_io/encode.hpp"
+
+namespace nadir::record {
+
+class ProjectedFolder {
+ public:
+  ProjectedFolder(Disk& disk, const path& dive) : disk_(disk), dive_(dive) {}
+
+  /// 0 when the image is durable in a spare file, which `file` then describes; else -errno.
+  int write(const ProjectedImage& image, image_io::PngEffort effort, ProjectedFile& file);
+  int publish(const ProjectedFile& file);
+
+ private:
+  int make_spares();
+
+  Disk& disk_;
+  path dive_;
+  std::uint64_t next_spare_ = 0, spares_end_ = 0;
+};
+
+/// Makes sure that an image the journal names has its name and its world file, as publish() would.
+/// False when it is neither under its own name nor in the spare file; with thorough its content is
+/// compared too.
+bool settle(Disk& disk, const path& dive, const ProjectedFile& file, bool thorough);
+
+path projected_name(const path& dive, std::uint64_t image);
+path world_file_name(path image_name);
+path spare_name(const path& dive, std::uint64_t spare);
+bool is_spare(const path& name);
+
+/// The six lines of an ESRI world file.
+std::string text_of(const WorldFile& world);
+
+}  // namespace nadir::record

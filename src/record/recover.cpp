@@ -1,0 +1,127 @@
+// SPDX-FileCopyrightText: nadir contributors
+// SPDX-License-Identifier: Apache-2.0
+#include "nadir/record/recover.hpp"
+
+#include <algorithm>
+#include <fstream>
+
+#include "nadir/core/check.hpp"
+#include "products.hpp"
+#include "projected_folder.hpp"
+#include "text.hpp"
+
+namespace nadir::record {
+namespace {
+
+using nlohmann::json;
+
+/// What the dive.json that is there says.
+struct Previous {
+  bool exists = false;  ///< and can be read
+  bool cut_off = true;
+  Stamps files;
+  double area = 0;
+  json rates;
+};
+
+Previous parse(const json& summary) {
+  Previous previous;
+  for (const auto& [name, entry] : summary.at("files").items()) {
+    previous.files[name] = {entry.at("bytes"), entry.at("crc32")};
+  }
+  previous.cut_off = summary.at("cut_off");
+  previous.area = summary.at("area_survey_units");
+  previous.rates = summary.at("rates");
+  previous.exists = true;
+  return previous;
+}
+
+Previous read_previous(const path& dive) {
+  std::ifstream in(dive / "dive.json");
+  try {
+    return in ? parse(json::parse(in)) : Previous();
+  } catch (const json::exception&) {
+    return {};
+  }
+}
+
+// Of the loose files that are as dive.json has them; one that changed is moved out of the way.
+Stamps whole_files(Disk& disk, const path& dive, const Stamps& written) {
+  Stamps whole;
+  for (const auto& [name, stamp] : written) {
+    const auto found = stamp_of(dive / name);
+    if (found == stamp) {
+      whole[name] = stamp;
+    } else if (found) {
+      rename_file(disk, dive / name, dive / (name + ".changed"));
+    }
+  }
+  return whole;
+}
+
+void settle_projected(Disk& disk, const path& dive, const Ledger& ledger, Recovery& recovery) {
+  for (const ProjectedFile& file : ledger.projected) {
+    if (settle(disk, dive, file, true)) {
+      ++recovery.projected;
+    } else {
+      recovery.damaged.push_back("projected/" + padded(file.image, 6) + ".png");
+    }
+  }
+}
+
+void count(const Ledger& ledger, const Previous& previous, Recovery& recovery) {
+  const ImageCounts counts = ledger.counts();
+  recovery.captured = counts.captured;
+  recovery.oriented = counts.oriented;
+  recovery.lost = counts.lost;
+  recovery.dropped = counts.dropped();
+  recovery.missing_records = ledger.missing_records;
+  recovery.was_complete = previous.exists;
+  // A journal whose end was there once has lost at least that.
+  const bool had_end = previous.exists && !previous.cut_off;
+  if (had_end && !ledger.ended && recovery.missing_records == 0) recovery.missing_records = 1;
+}
+
+void note_failures(const Previous& previous, const Outcome& outcome, Recovery& recovery) {
+  recovery.made = outcome.made;
+  for (const auto& [name, error] : outcome.failed) recovery.damaged.push_back(name);
+  for (const auto& [name, stamp] : previous.files) {
+    if (!outcome.stamps.contains(name) && !outcome.failed.contains(name)) {
+      recovery.damaged.push_back(name);
+    }
+  }
+}
+
+}  // namespace
+
+Recovery recover(const path& dive) { return recover(dive, system_disk()); }
+
+Recovery recover(const path& dive, Disk& disk) {
+  const FolderLock lock(dive);
+  if (has_journal(dive) && !lock.held()) {
+    throw InputError(dive.string() + ": is being recorded; end the recording first");
+  }
+  const Ledger ledger = read_ledger(dive);
+  const Previous previous = read_previous(dive);
+  Recovery recovery;
+  count(ledger, previous, recovery);
+  settle_projected(disk, dive, ledger, recovery);
+  remove_leftovers(disk, dive);
+  const Stamps whole = whole_files(disk, dive, previous.files);
+  const Outcome outcome = make_products(disk, dive, ledger, {}, whole);
+  note_failures(previous, outcome, recovery);
+  const bool changed = !recovery.was_complete || !outcome.made.empty();
+  if (changed && outcome.failed.empty()) {
+    const json made = summary(ledger, previous.area, outcome.stamps, previous.rates);
+    const int error = write_summary(disk, dive, made);
+    if (error != 0) recovery.damaged.push_back("dive.json");
+  }
+  return recovery;
+}
+
+bool is_complete(const path& dive) {
+  std::error_code error;
+  return std::filesystem::exists(dive / "dive.json", error);
+}
+
+}  // namespace nadir::record

@@ -1,0 +1,96 @@
+// SPDX-FileCopyrightText: nadir contributors
+// SPDX-License-Identifier: Apache-2.0
+// The text files: trajectories, alerts, health.
+#include <algorithm>
+#include <cmath>
+
+#include "products.hpp"
+#include "text.hpp"
+
+namespace nadir::record {
+namespace {
+
+constexpr int kPoseDecimals = 9;
+
+// The rotation's one of two quaternions whose last component that is not zero is positive.
+Eigen::Quaterniond canonical(const Eigen::Quaterniond& rotation) {
+  const Eigen::Vector4d q = rotation.normalized().coeffs();  // x y z w
+  for (int i = 3; i >= 0; --i) {
+    if (q[i] != 0) return Eigen::Quaterniond(q[i] < 0 ? Eigen::Vector4d(-q) : q);
+  }
+  return Eigen::Quaterniond::Identity();
+}
+
+std::string tum_line(const ImagePose& pose) {
+  std::string line = seconds_text(pose.time);
+  const auto add = [&](double value) { line += ' ' + fixed(value, kPoseDecimals); };
+  for (const double value : pose.survey_from_camera.translation) add(value);
+  for (const double value : canonical(pose.survey_from_camera.rotation).coeffs()) add(value);
+  return line + '\n';
+}
+
+// RFC 4180.
+std::string csv_field(const std::string& text) {
+  if (text.find_first_of(",\"\r\n") == std::string::npos) return text;
+  std::string quoted = "\"";
+  for (const char c : text) quoted += c == '"' ? "\"\"" : std::string(1, c);
+  return quoted + '"';
+}
+
+std::string health_line(std::uint64_t number, const ImageFacts& image) {
+  std::string line =
+      padded(number, 1) + ',' + csv_field(image.name) + ',' + seconds_text(image.time) + ',';
+  line += image.rejected ? "rejected" : to_string(image.state);
+  line += image.final ? ",1" : ",0";
+  line += ',' + padded(image.submap, 1) + ',' + padded(image.health.tie_points, 1);
+  for (const std::uint32_t count : image.health.by_quadrant) line += ',' + padded(count, 1);
+  for (const double value : {image.health.rms_px, image.health.sharpness, image.health.exposure}) {
+    line += ',' + (std::isfinite(value) ? fixed(value, 3) : std::string());
+  }
+  return line + '\n';
+}
+
+nlohmann::ordered_json to_json(const Alert& alert) {
+  nlohmann::ordered_json json;
+  json["time_s"] = seconds(alert.time);
+  json["image"] = alert.image ? nlohmann::ordered_json(*alert.image) : nlohmann::ordered_json();
+  json["kind"] = to_string(alert.kind);
+  json["message"] = alert.message;
+  json["remedy"] = alert.remedy;
+  return json;
+}
+
+}  // namespace
+
+bool write_trajectory(LooseFile& file, const Ledger& ledger,
+                      std::optional<ImagePose> ImageFacts::*which) {
+  std::vector<const ImagePose*> poses;
+  for (const auto& [number, image] : ledger.images) {
+    if (image.*which) poses.push_back(&*(image.*which));
+  }
+  std::ranges::stable_sort(poses, {}, &ImagePose::time);
+  file.write("# seconds tx ty tz qx qy qz qw: survey_from_camera, " + survey_unit(ledger.scale()) +
+             '\n');
+  for (const ImagePose* pose : poses) file.write(tum_line(*pose));
+  return true;
+}
+
+bool write_alerts(LooseFile& file, const Ledger& ledger) {
+  for (const Alert& alert : ledger.alerts) {
+    using enum nlohmann::ordered_json::error_handler_t;
+    file.write(to_json(alert).dump(-1, ' ', false, replace) + '\n');
+  }
+  return true;
+}
+
+bool write_health(LooseFile& file, const Ledger& ledger) {
+  file.write(
+      "image,name,seconds,state,oriented,submap,tie_points,top_left,top_right,bottom_left,"
+      "bottom_right,rms_px,sharpness,exposure\n");
+  for (const auto& [number, image] : ledger.images) {
+    if (image.recorded) file.write(health_line(number, image));
+  }
+  return true;
+}
+
+}  // namespace nadir::record

@@ -1,0 +1,194 @@
+// SPDX-FileCopyrightText: nadir contributors
+// SPDX-License-Identifier: Apache-2.0
+#include "nadir/reference/survey_frame.hpp"
+
+#include <Eigen/Eigenvalues>
+#include <algorithm>
+#include <cmath>
+
+#include "nadir/core/check.hpp"
+
+namespace nadir::reference {
+namespace {
+
+using Eigen::Quaterniond, Eigen::Vector3d;
+
+const Quaterniond kEnuFromNed{Eigen::Matrix3d{{0, 1, 0}, {1, 0, 0}, {0, 0, -1}}};
+
+double median(std::vector<double> values) {
+  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
+  std::nth_element(values.begin(), middle, values.end());
+  return *middle;
+}
+
+// Depths along the optical axis of the central camera: what "distance to the seabed" means for a
+// downward camera.
+std::optional<double> viewing_distance(const Window& window) {
+  if (window.tie_points.empty()) return std::nullopt;
+  const Rigid3 camera_from_map = window.central_pose().survey_from_camera.inverse();
+  std::vector<double> depths;
+  for (const TiePoint& point : window.tie_points) {
+    depths.push_back((camera_from_map * point.x_in_survey).z());
+  }
+  const double distance = median(std::move(depths));
+  return distance > 0 ? std::optional(distance) : std::nullopt;
+}
+
+Vector3d centroid(const Window& window) {
+  Vector3d sum = Vector3d::Zero();
+  for (const TiePoint& point : window.tie_points) sum += point.x_in_survey;
+  return sum / static_cast<double>(std::max<std::size_t>(1, window.tie_points.size()));
+}
+
+// The rotation nearest to all of them: largest eigenvector of the sum of q q^T (Markley et al.
+// 2007).
+Quaterniond mean_rotation(const std::vector<Quaterniond>& rotations) {
+  Eigen::Matrix4d sum = Eigen::Matrix4d::Zero();
+  for (const Quaterniond& q : rotations) sum += q.coeffs() * q.coeffs().transpose();
+  const Eigen::Vector4d best =
+      Eigen::SelfAdjointEigenSolver<Eigen::Matrix4d>(sum).eigenvectors().col(3);
+  return Quaterniond(best).normalized();
+}
+
+// East-north-up from odometry, from the images that have an attitude.
+std::optional<Quaterniond> from_attitude(const Window& initial,
+                                         const std::vector<std::shared_ptr<const Frame>>& frames) {
+  std::vector<Quaterniond> rotations;
+  for (std::size_t i = 0; i < frames.size(); ++i) {
+    if (!frames[i]->attitude) continue;
+    const Quaterniond enu_from_camera =
+        kEnuFromNed * frames[i]->attitude->ned_from_body() * frames[i]->rig->body_from_camera;
+    rotations.push_back(enu_from_camera *
+                        initial.images[i].survey_from_camera.rotation.conjugate());
+  }
+  if (rotations.empty()) return std::nullopt;
+  return mean_rotation(rotations);
+}
+
+Vector3d mean_view_direction(const Window& window) {
+  Vector3d sum = Vector3d::Zero();
+  for (const ImagePose& pose : window.images) {
+    sum += pose.survey_from_camera.rotation * Vector3d::UnitZ();
+  }
+  return sum.normalized();
+}
+
+// Axes with z along up and x the camera's x axis projected on the plane; rows are the new axes in
+// the old frame.
+Quaterniond axes_of(const Vector3d& up, const Quaterniond& map_from_camera) {
+  const auto flattened = [&](const Vector3d& v) { return Vector3d(v - up * up.dot(v)); };
+  Vector3d x = flattened(map_from_camera * Vector3d::UnitX());
+  if (x.norm() < 0.1) x = flattened(map_from_camera * -Vector3d::UnitZ());  // a camera on its side
+  x.normalize();
+  Eigen::Matrix3d rotation;
+  rotation << x.transpose(), up.cross(x).transpose(), up.transpose();
+  return Quaterniond(rotation);
+}
+
+bool is_stereo(const std::vector<std::shared_ptr<const Frame>>& frames) {
+  return std::all_of(frames.begin(), frames.end(),
+                     [](const auto& frame) { return frame->rig->right && !frame->right.empty(); });
+}
+
+// One disparity d = f b / Z has relative sigma s / d; the scale is the mean of all.
+double stereo_sigma(const Frame& frame, const Window& window, double matching_px) {
+  const double baseline = frame.rig->right->right_from_left.translation.norm();
+  const double distance = viewing_distance(window).value_or(1.0);
+  const double disparity_px = frame.rig->left.fx * baseline / distance;
+  return matching_px / disparity_px /
+         std::sqrt(static_cast<double>(std::max<std::size_t>(1, window.tie_points.size())));
+}
+
+}  // namespace
+
+void Config::check() const {
+  if (!(stereo_matching_px > 0)) {
+    throw InputError("reference.stereo_matching_px must be above 0; the default is 0.3");
+  }
+  if (!(dead_reckoning_max_s >= 0)) {
+    throw InputError("reference.dead_reckoning_max_s must be 0 or more; the default is 5");
+  }
+}
+
+SurveyFrame::SurveyFrame(Config config, PlaneOf plane_of)
+    : config_(config), plane_of_(std::move(plane_of)) {}
+
+SubmapPlacement SurveyFrame::place(const Window& initial,
+                                   const std::vector<std::shared_ptr<const Frame>>& frames) {
+  NADIR_CHECK(!frames.empty() && frames.size() == initial.images.size(), frames.size());
+  const bool first = axes_ == SurveyAxes::none;
+  SubmapPlacement placement;
+  placement.uncertain = !first;
+
+  if (is_stereo(frames)) {
+    placement.scale = {ScaleSource::stereo,
+                       stereo_sigma(*frames.front(), initial, config_.stereo_matching_px)};
+  } else {
+    placement.survey_from_odometry.scale =
+        viewing_distance_ / viewing_distance(initial).value_or(1.0);
+  }
+
+  Rigid3& rigid = placement.survey_from_odometry.rigid;
+  const auto leveled = config_.attitude ? from_attitude(initial, frames) : std::nullopt;
+  if (leveled && (first || axes_ == SurveyAxes::attitude)) {
+    rigid.rotation = *leveled;
+    axes_ = SurveyAxes::attitude;
+  } else {
+    rigid.rotation = upright(initial);
+  }
+  if (first) {
+    rigid.translation = -(placement.survey_from_odometry * centroid(initial));
+    scale_ = placement.scale;
+  } else {
+    const Rigid3 camera =
+        placement.survey_from_odometry * initial.images.front().survey_from_camera;
+    rigid.translation = dead_reckoned(initial.images.front(), *frames.front()) - camera.translation;
+  }
+  placement.axes = axes_;
+  return placement;
+}
+
+// 3.3: z is the normal of the map's plane. A later sub-map also keeps the heading last known.
+Eigen::Quaterniond SurveyFrame::upright(const Window& initial) {
+  const std::optional<Plane> plane = plane_of_(initial);
+  const Vector3d up = plane ? plane->normal : Vector3d(-mean_view_direction(initial));
+  if (axes_ == SurveyAxes::none) {
+    axes_ = plane ? SurveyAxes::first_plane : SurveyAxes::first_camera;
+  }
+  const Quaterniond own = axes_of(up, initial.images.front().survey_from_camera.rotation);
+  if (!last_) return own;
+  const Vector3d x = last_->pose.survey_from_camera.rotation * Vector3d::UnitX();
+  return Quaterniond(Eigen::AngleAxisd(std::atan2(x.y(), x.x()), Vector3d::UnitZ())) * own;
+}
+
+Eigen::Vector3d SurveyFrame::dead_reckoned(const ImagePose& first, const Frame& frame) const {
+  if (!last_) return Vector3d::Zero();
+  const double elapsed =
+      std::clamp(seconds(first.time - last_->pose.time), 0.0, config_.dead_reckoning_max_s);
+  Vector3d position = last_->pose.survey_from_camera.translation + last_->velocity * elapsed;
+  if (scale_.source != ScaleSource::none && frame.depth && last_->depth) {
+    position.z() = last_->pose.survey_from_camera.translation.z() + *last_->depth - *frame.depth;
+  }
+  return position;
+}
+
+void SurveyFrame::observe(const Orientation& orientation) {
+  if (orientation.window) {
+    viewing_distance_ = viewing_distance(*orientation.window).value_or(viewing_distance_);
+  }
+  for (const ImagePose& pose : orientation.poses) {
+    if (last_ && pose.image <= last_->pose.image) continue;
+    LastSeen now{pose, Vector3d::Zero(), std::nullopt};
+    if (orientation.shot && orientation.shot->image == pose.image && orientation.shot->frame) {
+      now.depth = orientation.shot->frame->depth;
+    }
+    if (last_ && last_->pose.submap == pose.submap && pose.time > last_->pose.time) {
+      now.velocity =
+          (pose.survey_from_camera.translation - last_->pose.survey_from_camera.translation) /
+          seconds(pose.time - last_->pose.time);
+    }
+    last_ = now;
+  }
+}
+
+}  // namespace nadir::reference

@@ -1,0 +1,140 @@
+// SPDX-FileCopyrightText: nadir contributors
+// SPDX-License-Identifier: Apache-2.0
+// The page in a real browser against a real replay: node --test tests/browser
+import assert from "node:assert/strict";
+import path from "node:path";
+import test from "node:test";
+import { sampleMosaic, useHands } from "./checks.mjs";
+import * as harness from "./harness.mjs";
+import { pause, until } from "./harness.mjs";
+
+const IMAGES = 40;
+const RATE = 4;
+
+const folder = harness.temporaryFolder();
+const survey = path.join(folder, "survey");
+const dive = path.join(folder, "dive");
+const skip = harness.missing.length > 0 ? `not there: ${harness.missing.join(", ")}` : false;
+
+const asInDiveJson = ({ counts }) => ({
+  cameras: counts.oriented,
+  tiePoints: counts.tie_points,
+  planes: counts.planes,
+  mosaicTiles: counts.mosaic_tiles,
+});
+
+test("the page", { skip, timeout: 600_000 }, async (t) => {
+  harness.simulate(survey, "--scene", "pool", "--images", String(IMAGES), "--stereo", "--seed", "7");
+  const port = await harness.freePort();
+  const line = await harness.lineTo(port);
+  const browser = await harness.chromium();
+  t.after(async () => {
+    line.close();
+    await browser.close();
+  });
+
+  const run = await harness.replay(survey, dive, port, "--rate", String(RATE), "--keep-serving");
+  const { page, requests, errors, read } = await harness.openPage(browser, line.port);
+  const seen = [];
+
+  await t.test("shows a growing map while the dive is replayed", async () => {
+    await until("finished", read, (now) => {
+      seen.push(now);
+      return now.state?.finished === true;
+    }, 180);
+    for (const name of ["cameras", "tiePoints", "planes", "mosaicTiles"]) {
+      const counts = seen.map((now) => now.counts[name]);
+      assert.ok(counts.every((count, i) => i === 0 || count >= counts[i - 1]), `${name} shrank: ${counts}`);
+      assert.ok(new Set(counts).size >= 4, `${name} did not grow step by step: ${counts}`);
+    }
+    assert.ok(seen.some(({ state }) => state !== null && !state.finished && state.total === IMAGES));
+  });
+
+  await t.test("ends with the counts of dive.json", async () => {
+    const wanted = asInDiveJson(harness.diveJson(dive));
+    await until("the counts of dive.json", read, (now) => JSON.stringify(now.counts) === JSON.stringify(wanted), 30)
+      .catch((late) => assert.deepEqual(late, wanted));
+    assert.ok(wanted.cameras > 0.9 * IMAGES, `only ${wanted.cameras} images oriented`);
+    assert.deepEqual((await read()).ignored, 0);
+  });
+
+  await t.test("asks nothing of anybody but this server and has no error to report", () => {
+    const own = new Set([`http://127.0.0.1:${line.port}`, `ws://127.0.0.1:${line.port}`]);
+    assert.ok(requests.length >= 4, `only ${requests}`);
+    assert.deepEqual(requests.filter((url) => !own.has(new URL(url).origin)), []);
+    assert.deepEqual(errors, []);
+  });
+
+  await t.test("shows the mosaic in the colours of the mosaic file", async () => {
+    await sampleMosaic(browser, page, path.join(dive, "mosaic2d", "mosaic-000"));
+  });
+
+  await t.test("turns, zooms and pans under fingers, mouse and keys", async () => {
+    await useHands(page);
+  });
+
+  await t.test("comes back by itself after the connection was cut, with everything still there", async () => {
+    const before = (await read()).counts;
+    line.cut();
+    await until("lost", read, (now) => now.link === "lost", 10);
+    assert.deepEqual((await read()).counts, before);
+    line.mend();
+    await until("live", read, (now) => now.link === "live", 15);
+    await pause(1000);
+    assert.deepEqual((await read()).counts, before);
+  });
+
+  await t.test("gives a late viewer the whole dive", async () => {
+    const late = await harness.openPage(browser, port);
+    const wanted = (await read()).counts;
+    await until("the same counts", late.read, (now) => JSON.stringify(now.counts) === JSON.stringify(wanted), 30);
+    assert.deepEqual(late.errors, []);
+    await late.page.close();
+  });
+
+  await t.test("starts anew when the server does", async () => {
+    run.stop();
+    await run.ended;
+    const again = await harness.replay(survey, path.join(folder, "again"), port, "--rate", "20", "--keep-serving");
+    await until("another dive", read, (now) => now.link === "live" && now.state?.finished === false, 30);
+    const wanted = () => asInDiveJson(harness.diveJson(path.join(folder, "again")));
+    await until("finished", read, (now) => now.state?.finished === true, 120);
+    await until("its counts", read, (now) => JSON.stringify(now.counts) === JSON.stringify(wanted()), 30);
+    again.stop();
+    await again.ended;
+  });
+});
+
+test("the page between garbage", { skip, timeout: 300_000 }, async (t) => {
+  const port = await harness.freePort();
+  const browser = await harness.chromium();
+  t.after(() => browser.close());
+  const run = await harness.replay(survey, path.join(folder, "garbage"), port, "--rate", "20", "--keep-serving");
+  let sent = 0;
+  const { errors, read } = await harness.openPage(browser, port, (page) =>
+    page.routeWebSocket(/feed/, (socket) => {
+      socket.connectToServer().onMessage((message) => {
+        socket.send(message);
+        for (const garbage of mutations(Buffer.from(message), sent++)) socket.send(garbage);
+      });
+    }),
+  );
+
+  await t.test("counts it, stays alive and shows the dive", async () => {
+    await until("finished", read, (now) => now.state?.finished === true, 120);
+    const wanted = harness.diveJson(path.join(folder, "garbage")).counts;
+    const { counts, ignored } = await until("its cameras", read, (now) => now.counts.cameras >= wanted.oriented, 30);
+    assert.ok(counts.mosaicTiles >= wanted.mosaic_tiles);
+    assert.ok(ignored > 100, `only ${ignored} ignored`);
+    assert.deepEqual(errors, []);
+  });
+  run.stop();
+  await run.ended;
+});
+
+/** A cut, a prolonged, a random and a textual message; all of them malformed. */
+function mutations(message, seed) {
+  const random = Buffer.from(Array.from({ length: 64 }, (_, i) => (seed * 31 + i * 17) & 255));
+  random[1] = 0;
+  return [message.subarray(0, seed % Math.min(message.length, 40)), Buffer.concat([message, random]), random, "garbage"];
+}

@@ -1,0 +1,164 @@
+// SPDX-FileCopyrightText: nadir contributors
+// SPDX-License-Identifier: Apache-2.0
+#include "nadir/reference/survey_frame.hpp"
+
+#include <gtest/gtest.h>
+
+#include <numbers>
+
+namespace nadir::reference {
+namespace {
+
+using Eigen::AngleAxisd, Eigen::Quaterniond, Eigen::Vector3d;
+
+// A flat seabed at z = -3 of an east-north-up world, seen by three cameras 0.5 m apart along
+// heading; the map is given in the first camera's frame, as odometry would.
+struct Dive {
+  Window window;
+  std::vector<std::shared_ptr<const Frame>> frames;
+  std::vector<Rigid3> enu_from_camera;
+};
+
+constexpr double kHeading = 0.7, kRoll = 0.05, kPitch = -0.08;
+
+Dive dive_in_camera_frame(bool with_attitude, bool stereo, double units_per_metre = 1,
+                          Vector3d start = {10, 20, 0}, Time first_time = 0,
+                          std::uint64_t first = 0) {
+  Dive dive;
+  auto rig = std::make_shared<CameraRig>();
+  rig->left = {640, 480, 500, 500, 319.5, 239.5, LensModel::brown_conrady, {}};
+  if (stereo) rig->right = CameraRig::Right{rig->left, {Quaterniond::Identity(), {-0.1, 0, 0}}};
+  const Attitude attitude{kRoll, kPitch, kHeading};
+  const Quaterniond enu_from_ned(Eigen::Matrix3d{{0, 1, 0}, {1, 0, 0}, {0, 0, -1}});
+  for (int i = 0; i < 3; ++i) {
+    auto frame = std::make_shared<Frame>();
+    frame->image = first + static_cast<std::uint64_t>(i);
+    frame->time = first_time + from_seconds(i);
+    frame->rig = rig;
+    if (stereo) frame->right = cv::Mat(1, 1, CV_8UC1);
+    if (with_attitude) frame->attitude = attitude;
+    dive.frames.push_back(frame);
+    const Vector3d ahead(std::sin(kHeading), std::cos(kHeading), 0);
+    dive.enu_from_camera.push_back(
+        {enu_from_ned * attitude.ned_from_body() * rig->body_from_camera, start + 0.5 * i * ahead});
+  }
+  const Rigid3 camera_from_enu = dive.enu_from_camera.front().inverse();
+  for (std::size_t i = 0; i < 3; ++i) {
+    ImagePose pose{dive.frames[i]->image,
+                   dive.frames[i]->time,
+                   0,
+                   camera_from_enu * dive.enu_from_camera[i],
+                   true,
+                   10,
+                   0.1};
+    pose.survey_from_camera.translation *= units_per_metre;
+    dive.window.images.push_back(pose);
+  }
+  for (int i = 0; i < 49; ++i) {
+    const Vector3d on_floor(start.x() + 0.2 * (i % 7 - 3), start.y() + 0.2 * (i / 7 - 3), -3);
+    TiePoint point;
+    point.x_in_survey = units_per_metre * (camera_from_enu * on_floor);
+    dive.window.tie_points.push_back(point);
+  }
+  return dive;
+}
+
+std::optional<Plane> true_plane(const Window& window) {
+  const Vector3d a = window.tie_points[0].x_in_survey, b = window.tie_points[6].x_in_survey,
+                 c = window.tie_points[42].x_in_survey;
+  Plane plane;
+  plane.normal = (b - a).cross(c - a).normalized();
+  if (plane.normal.z() > 0) plane.normal = -plane.normal;  // towards the first camera
+  plane.offset = plane.normal.dot(a);
+  return plane;
+}
+
+std::optional<Plane> no_plane(const Window&) { return std::nullopt; }
+
+TEST(SurveyFrame, AttitudeMakesEastNorthUpAboutTheCentroid) {
+  const Dive dive = dive_in_camera_frame(true, true);
+  SurveyFrame survey({}, no_plane);
+  const SubmapPlacement placement = survey.place(dive.window, dive.frames);
+  EXPECT_EQ(survey.axes(), SurveyAxes::attitude);
+  EXPECT_FALSE(placement.uncertain);
+  EXPECT_EQ(placement.scale.source, ScaleSource::stereo);
+  const Vector3d centre(10, 20, -3);
+  for (std::size_t i = 0; i < 3; ++i) {
+    const Rigid3 pose = placement.survey_from_odometry * dive.window.images[i].survey_from_camera;
+    EXPECT_NEAR((pose.translation - (dive.enu_from_camera[i].translation - centre)).norm(), 0,
+                1e-9);
+    EXPECT_NEAR(pose.rotation.angularDistance(dive.enu_from_camera[i].rotation), 0, 1e-7);
+  }
+}
+
+TEST(SurveyFrame, FirstPlaneIsHorizontalWithoutAttitude) {
+  const Dive dive = dive_in_camera_frame(false, true);
+  SurveyFrame survey({}, true_plane);
+  const Similarity3 survey_from_odometry =
+      survey.place(dive.window, dive.frames).survey_from_odometry;
+  EXPECT_EQ(survey.axes(), SurveyAxes::first_plane);
+  for (const TiePoint& point : dive.window.tie_points) {
+    EXPECT_NEAR((survey_from_odometry * point.x_in_survey).z(), 0, 1e-9);
+  }
+  const Rigid3 first = survey_from_odometry * dive.window.images[0].survey_from_camera;
+  EXPECT_NEAR(first.translation.z(), 3, 1e-9);
+  const Vector3d x = first.rotation * Vector3d::UnitX();
+  EXPECT_NEAR(x.y(), 0, 1e-9);
+  EXPECT_GT(x.x(), 0.9);
+}
+
+TEST(SurveyFrame, WithoutAnyPlaneTheViewingDirectionIsDown) {
+  const Dive dive = dive_in_camera_frame(false, true);
+  SurveyFrame survey({}, no_plane);
+  const Similarity3 placed = survey.place(dive.window, dive.frames).survey_from_odometry;
+  EXPECT_EQ(survey.axes(), SurveyAxes::first_camera);
+  const Rigid3 pose = placed * dive.window.images[1].survey_from_camera;
+  EXPECT_NEAR((pose.rotation * Vector3d::UnitZ() + Vector3d::UnitZ()).norm(), 0, 1e-9);
+}
+
+TEST(SurveyFrame, MonoIsUnscaledAndSizedByItsViewingDistance) {
+  const Dive dive = dive_in_camera_frame(true, false, 7.0);
+  SurveyFrame survey({}, no_plane);
+  const SubmapPlacement placement = survey.place(dive.window, dive.frames);
+  EXPECT_EQ(placement.scale.source, ScaleSource::none);
+  EXPECT_EQ(placement.scale.sigma, 0);
+  // Cameras 3 m above the floor, tilted by 5 degrees: 3 m is one unit to within the tilt.
+  const Rigid3 pose = placement.survey_from_odometry * dive.window.images[0].survey_from_camera;
+  EXPECT_NEAR(pose.translation.z(), 1, 0.01);
+}
+
+TEST(SurveyFrame, LaterSubmapIsDeadReckonedAtTheSameHeightAndHeading) {
+  for (const bool with_attitude : {true, false}) {
+    const Dive before = dive_in_camera_frame(with_attitude, false);
+    SurveyFrame survey({}, true_plane);
+    const Similarity3 placed = survey.place(before.window, before.frames).survey_from_odometry;
+    Orientation seen;
+    auto window = std::make_shared<Window>(before.window);
+    for (ImagePose& pose : window->images)
+      pose.survey_from_camera = placed * pose.survey_from_camera;
+    for (TiePoint& point : window->tie_points) point.x_in_survey = placed * point.x_in_survey;
+    seen.poses = window->images;
+    seen.window = window;
+    survey.observe(seen);
+
+    // Two seconds after the last image, somewhere else and in other units.
+    const Dive after =
+        dive_in_camera_frame(with_attitude, false, 0.3, {50, -7, 0}, from_seconds(4), 9);
+    const SubmapPlacement placement = survey.place(after.window, after.frames);
+    EXPECT_TRUE(placement.uncertain);
+    const Rigid3 pose = placement.survey_from_odometry * after.window.images[0].survey_from_camera;
+    const Vector3d step =
+        seen.poses[2].survey_from_camera.translation - seen.poses[1].survey_from_camera.translation;
+    const Vector3d expected = seen.poses[2].survey_from_camera.translation + 2 * step;
+    EXPECT_NEAR((pose.translation - expected).norm(), 0, 1e-9);
+    EXPECT_NEAR(pose.rotation.angularDistance(seen.poses[2].survey_from_camera.rotation), 0, 1e-6);
+    const double floor =
+        (placement.survey_from_odometry * after.window.tie_points[24].x_in_survey).z();
+    const double floor_before = window->tie_points[24].x_in_survey.z();
+    EXPECT_NEAR(floor, floor_before,
+                0.02);  // the median depth of a tilted view, not the height, is kept
+  }
+}
+
+}  // namespace
+}  // namespace nadir::reference

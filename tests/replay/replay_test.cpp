@@ -1,0 +1,185 @@
+// SPDX-FileCopyrightText: nadir contributors
+// SPDX-License-Identifier: Apache-2.0
+// The whole program on simulated surveys, judged by their truth.
+#include <gtest/gtest.h>
+#include <signal.h>
+
+#include <thread>
+
+#include "nadir/simulate/write_survey.hpp"
+#include "support/dive_folder.hpp"
+
+namespace nadir {
+namespace {
+
+using namespace support;
+
+const std::string kNadir = NADIR_PROGRAM;
+
+// Surveys are rendered once for all tests of this program.
+const fs::path& survey(simulate::SceneKind scene, bool stereo, int images) {
+  static std::map<std::tuple<simulate::SceneKind, bool, int>, fs::path> made;
+  fs::path& folder = made[{scene, stereo, images}];
+  if (folder.empty()) {
+    folder = fresh_folder("survey-" + std::to_string(made.size()));
+    simulate::Options options;
+    options.scene = scene;
+    options.stereo = stereo;
+    options.images = images;
+    options.image_scale = 0.5;
+    simulate::write_survey(folder, options, {});
+  }
+  return folder;
+}
+
+const fs::path& pool() { return survey(simulate::SceneKind::pool, true, 12); }
+const fs::path& reef() { return survey(simulate::SceneKind::reef, false, 10); }
+
+struct Dive {
+  fs::path folder, log;
+  int status;
+};
+
+Dive replay(const fs::path& folder, const std::string& name, const std::string& options = "") {
+  Dive dive{fresh_folder(name), fresh_folder(name + ".log"), 0};
+  dive.status = run("'" + kNadir + "' replay '" + folder.string() + "' --out '" +
+                        dive.folder.string() + "' " + options,
+                    dive.log);
+  return dive;
+}
+
+void expect_counts_add_up(const nlohmann::json& dive) {
+  const auto& counts = dive["counts"];
+  std::uint64_t dropped = 0;
+  for (const auto& [cause, count] : counts["dropped"].items())
+    dropped += count.get<std::uint64_t>();
+  EXPECT_EQ(counts["captured"].get<std::uint64_t>(),
+            counts["oriented"].get<std::uint64_t>() + counts["lost"].get<std::uint64_t>() + dropped)
+      << counts;
+}
+
+TEST(Replay, StereoSurveyIsMappedInMetres) {
+  const Dive dive = replay(pool(), "pool");
+  ASSERT_EQ(dive.status, 0) << contents(dive.log);
+  const auto json = dive_json(dive.folder);
+  expect_counts_add_up(json);
+  EXPECT_EQ(json["counts"]["oriented"], 12);
+  EXPECT_GE(json["counts"]["planes"], 8);
+  EXPECT_EQ(json["scale"]["source"], "stereo");
+  EXPECT_EQ(json["survey_axes"], "attitude");
+  const Fit rigid = fit(dive.folder / "trajectory.tum", pool() / "gt_poses_tum.txt", false);
+  EXPECT_EQ(rigid.images, 12u);
+  EXPECT_LT(rigid.rmse,
+            0.02);  // half-size images: twice the noise of the full ones, on a path of 3 m
+}
+
+TEST(Replay, MonoSurveyIsMappedUnscaledAndSaysSo) {
+  const Dive dive = replay(reef(), "reef");
+  ASSERT_EQ(dive.status, 0) << contents(dive.log);
+  const auto json = dive_json(dive.folder);
+  expect_counts_add_up(json);
+  EXPECT_EQ(json["counts"]["oriented"], 10);
+  EXPECT_EQ(json["scale"]["source"], "none");
+  const Fit similar = fit(dive.folder / "trajectory.tum", reef() / "gt_poses_tum.txt", true);
+  EXPECT_LT(similar.rmse, 0.05);
+  EXPECT_NE(contents(dive.folder / "sparse.ply").find("unscaled"), std::string::npos);
+  EXPECT_NE(contents(dive.folder / "projection3d.ply").find("unscaled"), std::string::npos);
+}
+
+TEST(Replay, TwiceGivesTheSameBytes) {
+  const Dive first = replay(pool(), "first"), second = replay(pool(), "second");
+  auto a = all_files(first.folder), b = all_files(second.folder);
+  auto json_a = nlohmann::json::parse(a["dive.json"]),
+       json_b = nlohmann::json::parse(b["dive.json"]);
+  json_a.erase("rates");
+  json_b.erase("rates");
+  EXPECT_EQ(json_a, json_b);
+  a.erase("dive.json");
+  b.erase("dive.json");
+  ASSERT_EQ(a.size(), b.size());
+  for (const auto& [name, bytes] : a) EXPECT_TRUE(bytes == b[name]) << name << " differs";
+}
+
+TEST(Replay, AtAGivenRateCountsWhatItDrops) {
+  const Dive dive = replay(pool(), "fast", "--rate 1000");
+  ASSERT_EQ(dive.status, 0) << contents(dive.log);
+  const auto json = dive_json(dive.folder);
+  expect_counts_add_up(json);
+  EXPECT_EQ(json["counts"]["captured"], 12);
+}
+
+TEST(Replay, DamagedImagesAreSkippedByName) {
+  const fs::path folder = fresh_folder("damaged");
+  fs::copy(reef(), folder, fs::copy_options::recursive);
+  const fs::path image = folder / "images" / "000004.jpg";
+  ASSERT_TRUE(fs::exists(image));
+  fs::resize_file(image, fs::file_size(image) / 2);
+  const Dive dive = replay(folder, "damaged-dive");
+  ASSERT_EQ(dive.status, 0) << contents(dive.log);
+  const auto json = dive_json(dive.folder);
+  expect_counts_add_up(json);
+  EXPECT_EQ(json["counts"]["dropped"]["image_rejected"], 1);
+  EXPECT_NE(contents(dive.folder / "alerts.jsonl").find("000004"), std::string::npos);
+}
+
+TEST(Replay, WhatCannotStartExitsWithOneAndSaysWhy) {
+  const Dive nothing = replay("/nonexistent", "nothing");
+  EXPECT_EQ(nothing.status, 1);
+  EXPECT_NE(contents(nothing.log).find("/nonexistent"), std::string::npos);
+
+  Dive taken{fresh_folder("taken"), fresh_folder("taken.log"), 0};
+  fs::create_directories(taken.folder);
+  std::ofstream(taken.folder / "precious.txt") << "mine";
+  taken.status =
+      run("'" + kNadir + "' replay '" + pool().string() + "' --out '" + taken.folder.string() + "'",
+          taken.log);
+  EXPECT_EQ(taken.status, 1);
+  EXPECT_EQ(contents(taken.folder / "precious.txt"), "mine");
+  EXPECT_EQ(replay(pool(), "wrong", "--set odometry.windo=3").status, 1);
+  EXPECT_EQ(replay(pool(), "wrong", "--rate never").status, 2);
+}
+
+// Ends a replay that is on its way, by a signal, and returns its exit status.
+int interrupted(const fs::path& folder, const fs::path& dive, int signal) {
+  const pid_t child = fork();
+  if (child == 0) {
+    const std::string out = dive.string(), in = folder.string();
+    if (!std::freopen("/dev/null", "w", stderr)) _exit(126);
+    execl(kNadir.c_str(), "nadir", "replay", in.c_str(), "--out", out.c_str(), "--rate", "4",
+          nullptr);
+    _exit(127);
+  }
+  // Far enough for some images to be recorded: the first projected image is there.
+  for (int i = 0; i < 600; ++i) {
+    if (fs::exists(dive / "projected") && !fs::is_empty(dive / "projected")) break;
+    std::this_thread::sleep_for(std::chrono::milliseconds(50));
+  }
+  kill(child, signal);
+  int status = 0;
+  waitpid(child, &status, 0);
+  return WIFEXITED(status) ? WEXITSTATUS(status) : -WTERMSIG(status);
+}
+
+TEST(Replay, TerminationEndsInGoodOrderWithAWholeDive) {
+  const fs::path dive = fresh_folder("terminated");
+  EXPECT_EQ(interrupted(pool(), dive, SIGTERM), 0);
+  const auto json = dive_json(dive);
+  expect_counts_add_up(json);
+  EXPECT_GE(json["counts"]["oriented"], 3);
+}
+
+TEST(Replay, KilledDiveIsMadeWholeByRecover) {
+  const fs::path dive = fresh_folder("killed");
+  EXPECT_EQ(interrupted(pool(), dive, SIGKILL), -SIGKILL);
+  ASSERT_FALSE(fs::exists(dive / "dive.json"));
+  EXPECT_EQ(run("'" + kNadir + "' recover '" + dive.string() + "'", fresh_folder("recover.log")),
+            0);
+  const auto json = dive_json(dive);
+  expect_counts_add_up(json);
+  EXPECT_GE(json["counts"]["oriented"], 3);
+  EXPECT_TRUE(fs::exists(dive / "mosaic2d" / "mosaic-000.png"));
+  EXPECT_LT(fit(dive / "trajectory.tum", pool() / "gt_poses_tum.txt", false).rmse, 0.02);
+}
+
+}  // namespace
+}  // namespace nadir

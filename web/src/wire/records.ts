@@ -1,0 +1,182 @@
+// SPDX-FileCopyrightText: nadir contributors
+// SPDX-License-Identifier: Apache-2.0
+// The records of the browser protocol; include/nadir/wire/README.md is their written form.
+
+export const VERSION = 1;
+export const HEADER_SIZE = 16;
+export const TIE_POINT_BLOCK = 512;
+export const TILE_SIZE = 256;
+
+export type Vec3 = readonly [number, number, number];
+
+export const TRACKING = ["waiting", "initialising", "tracking", "lost"] as const;
+export type Tracking = (typeof TRACKING)[number];
+export const AXES = ["none", "first_plane", "attitude", "first_camera"] as const;
+export type Axes = (typeof AXES)[number];
+export const SCALE_SOURCES = ["none", "stereo", "laser", "typed", "altitude", "depth"] as const;
+export type ScaleSource = (typeof SCALE_SOURCES)[number];
+
+export interface Welcome {
+  type: "welcome";
+  feed: bigint;
+  newest: number;
+}
+
+export interface CaughtUp {
+  type: "caught_up";
+  /** The sequence up to which this viewer has everything. */
+  upTo: bigint;
+  evicted: number;
+}
+
+export interface State {
+  type: "state";
+  tracking: Tracking;
+  axes: Axes;
+  finished: boolean;
+  scale: ScaleSource;
+  /** Relative, one sigma. */
+  sigma: number;
+  submap: number;
+  image: number;
+  /** Seconds of the survey's clock. */
+  time: number;
+  rate: number;
+  captured: number;
+  oriented: number;
+  lost: number;
+  dropped: number;
+  tiePoints: number;
+  windows: number;
+  planes: number;
+  mosaicTiles: number;
+  /** 0: unknown. */
+  total: number;
+  input: string;
+}
+
+export interface Alert {
+  type: "alert";
+  id: number;
+  time: number;
+  image: number | null;
+  kind: string;
+  message: string;
+  remedy: string;
+}
+
+export interface CameraInfo {
+  type: "camera";
+  width: number;
+  height: number;
+  fx: number;
+  fy: number;
+  cx: number;
+  cy: number;
+}
+
+export interface Pose {
+  type: "pose";
+  image: number;
+  time: number;
+  position: Vec3;
+  /** x y z w of survey_from_camera. */
+  rotation: readonly [number, number, number, number];
+  submap: number;
+  tiePoints: number;
+  rms: number;
+  keyFrame: boolean;
+}
+
+export interface TiePoints {
+  type: "tie_points";
+  block: number;
+  origin: Vec3;
+  /** 3 n: x y z relative to the origin. */
+  offsets: Float32Array;
+  /** n: id = block * TIE_POINT_BLOCK + index. */
+  indices: Uint16Array;
+  /** 3 n: red green blue. */
+  colours: Uint8Array;
+}
+
+export interface PlaneGrid {
+  type: "plane_grid";
+  image: number;
+  submap: number;
+  columns: number;
+  rows: number;
+  /** 4 x 3, row by row: homogeneous survey point of (column, row, 1). */
+  surveyFromGrid: Float64Array;
+  camera: Vec3;
+  maxRange: number;
+}
+
+export interface PlaneColour {
+  type: "plane_colour";
+  image: number;
+  jpeg: Uint8Array;
+}
+
+export interface Mosaic {
+  type: "mosaic";
+  mosaic: number;
+  submap: number;
+  groundSamplingDistance: number;
+  world: { a: number; d: number; b: number; e: number; c: number; f: number };
+  normal: Vec3;
+  offset: number;
+}
+
+export interface MosaicTile {
+  type: "mosaic_tile";
+  mosaic: number;
+  column: number;
+  row: number;
+  jpeg: Uint8Array;
+  /** Null: the whole tile was seen. */
+  mask: Uint8Array | null;
+}
+
+export interface LiveImage {
+  type: "live_image";
+  image: number;
+  time: number;
+  jpeg: Uint8Array;
+}
+
+export interface StageStats {
+  stage: string;
+  rateIn: number;
+  rateOut: number;
+  processed: number;
+  dropped: number;
+  depth: number;
+  lastMs: number;
+  p95Ms: number;
+}
+
+export interface Statistics {
+  type: "statistics";
+  stages: StageStats[];
+}
+
+/** What a dive consists of, as against the conversation about it. */
+export type DiveBody =
+  | State
+  | Alert
+  | CameraInfo
+  | Pose
+  | TiePoints
+  | PlaneGrid
+  | PlaneColour
+  | Mosaic
+  | MosaicTile
+  | LiveImage
+  | Statistics;
+
+export type Body = Welcome | CaughtUp | DiveBody;
+
+type Numbered<T> = T extends unknown ? T & { sequence: number } : never;
+export type DiveRecord = Numbered<DiveBody>;
+export type WireRecord = Numbered<Body>;

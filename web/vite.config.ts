@@ -1,0 +1,18 @@
+// SPDX-FileCopyrightText: nadir contributors
+// SPDX-License-Identifier: Apache-2.0
+import { defineConfig } from "vitest/config";
+
+// File names without hashes: cmake/EmbedWeb.cmake lists them.
+export default defineConfig({
+  base: "./",
+  build: {
+    target: "es2022",
+    assetsInlineLimit: 0,
+    modulePreload: false,
+    chunkSizeWarningLimit: 1000,
+    rollupOptions: {
+      output: { entryFileNames: "page.js", assetFileNames: "page[extname]" },
+    },
+  },
+  test: { include: ["test/**/*.test.ts"] },
+});
