@@ -25,7 +25,8 @@ std::string tum_line(const ImagePose& pose) {
   std::string line = seconds_text(pose.time);
   const auto add = [&](double value) { line += ' ' + fixed(value, kPoseDecimals); };
   for (const double value : pose.survey_from_camera.translation) add(value);
-  for (const double value : canonical(pose.survey_from_camera.rotation).coeffs()) add(value);
+  const Eigen::Quaterniond rotation = canonical(pose.survey_from_camera.rotation);
+  for (const double value : rotation.coeffs()) add(value);
   return line + '\n';
 }
 
