@@ -124,7 +124,7 @@ std::vector<Alert> Dive::State::make_files(const nlohmann::json& rates) {
   const Ledger ledger = read_ledger(folder);
   for (const ProjectedFile& file : ledger.projected) settle(disk, folder, file, false);
   remove_leftovers(disk, folder);
-  const Outcome outcome = make_products(disk, folder, ledger, tiles, {});
+  const Outcome outcome = make_products(disk, folder, ledger, tiles, {}, {});
   if (!outcome.failed.empty()) {
     const auto& [name, error] = *outcome.failed.begin();
     return {unfinished(name + ": " + std::string(record::describe(error)))};
@@ -137,8 +137,10 @@ std::vector<Alert> Dive::State::make_files(const nlohmann::json& rates) {
 
 int Dive::State::save_projected(const Entry& entry, Facts& facts) {
   if (!config.projected || !entry.mosaic || !entry.mosaic->projected) return 0;
+  NADIR_CHECK(entry.mosaic->grid, facts.image);
   const auto effort = config.small_png ? image_io::PngEffort::small : image_io::PngEffort::fast;
   ProjectedFile file;
+  file.mosaic = entry.mosaic->grid->mosaic;
   const int error = projected.write(*entry.mosaic->projected, effort, file);
   if (error == 0) facts.projected = file;
   return error;

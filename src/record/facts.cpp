@@ -91,7 +91,7 @@ void fields(Archive& archive, Is<WindowFacts> auto& window) {
 
 template <class Archive>
 void fields(Archive& archive, Is<ProjectedFile> auto& file) {
-  archive(file.image, file.spare, file.world, file.size, file.crc32);
+  archive(file.image, file.mosaic, file.spare, file.world, file.size, file.crc32);
 }
 
 template <class Archive>

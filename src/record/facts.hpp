@@ -27,6 +27,7 @@ struct WindowFacts {
 /// A projected image as it lies on the disk: first as a spare file, at last under its own name.
 struct ProjectedFile {
   std::uint64_t image = 0;
+  std::uint32_t mosaic = 0;  ///< the mosaic it went to
   std::uint64_t spare = 0;
   WorldFile world;
   std::uint64_t size = 0;

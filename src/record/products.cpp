@@ -37,9 +37,10 @@ void add_mosaic(const MosaicRaster& raster, const Ledger& ledger, const MosaicTi
 }
 
 void make(Disk& disk, const path& dive, const std::string& name, const Write& write,
-          Outcome& outcome) {
+          bool keep_changed, Outcome& outcome) {
   LooseFile file(disk, dive / name);
   const bool written = write(file);
+  if (written && keep_changed) rename_file(disk, dive / name, dive / (name + ".changed"));
   const int error = written ? file.commit() : file.abandon();
   if (error == 0) {
     outcome.made.push_back(name);
@@ -52,14 +53,14 @@ void make(Disk& disk, const path& dive, const std::string& name, const Write& wr
 }  // namespace
 
 Outcome make_products(Disk& disk, const path& dive, const Ledger& ledger, const MosaicTiles& tiles,
-                      const Stamps& whole) {
+                      const Stamps& whole, const std::set<std::string>& changed) {
   std::map<std::string, Write> products = tables(ledger, dive);
   const auto mosaics = rasters(ledger, tiles);
   for (const auto& [number, raster] : mosaics) add_mosaic(raster, ledger, tiles, products);
   Outcome outcome;
   outcome.stamps = whole;
   for (const auto& [name, write] : products) {
-    if (!whole.contains(name)) make(disk, dive, name, write, outcome);
+    if (!whole.contains(name)) make(disk, dive, name, write, changed.contains(name), outcome);
   }
   return outcome;
 }

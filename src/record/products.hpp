@@ -23,9 +23,13 @@ struct Outcome {
   std::map<std::string, int> failed;  ///< -errno
 };
 
-/// Makes every loose file but dive.json, except those in `whole`.
+/// Makes every loose file but dive.json, except those in `whole`. Those in `changed` are kept
+/// beside the new ones as NAME.changed.
 Outcome make_products(Disk& disk, const path& dive, const Ledger& ledger, const MosaicTiles& tiles,
-                      const Stamps& whole);
+                      const Stamps& whole, const std::set<std::string>& changed);
+
+/// From the projected images in the folder, as they were made at first.
+MosaicTiles rebuilt_tiles(const path& dive, const Ledger& ledger);
 
 /// Covered by the mosaics, in square survey units; ground in two of them counts twice.
 double covered_area(const Ledger& ledger, const MosaicTiles& tiles);

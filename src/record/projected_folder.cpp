@@ -57,7 +57,11 @@ int ProjectedFolder::write(const ProjectedImage& image, image_io::PngEffort effo
   }
   Stamp stamp;
   stamp.add(png);
-  file = {image.image, spare, image.world, stamp.size, stamp.crc32};
+  file.image = image.image;
+  file.spare = spare;
+  file.world = image.world;
+  file.size = stamp.size;
+  file.crc32 = stamp.crc32;
   return 0;
 }
 

@@ -45,18 +45,31 @@ Previous read_previous(const path& dive) {
   }
 }
 
-// Of the loose files that are as dive.json has them; one that changed is moved out of the way.
-Stamps whole_files(Disk& disk, const path& dive, const Stamps& written) {
-  Stamps whole;
+/// The loose files that are there.
+struct Found {
+  Stamps whole;  ///< as dive.json has them
+  std::set<std::string> changed;
+};
+
+Found find_files(const path& dive, const Stamps& written) {
+  Found found;
   for (const auto& [name, stamp] : written) {
-    const auto found = stamp_of(dive / name);
-    if (found == stamp) {
-      whole[name] = stamp;
-    } else if (found) {
-      rename_file(disk, dive / name, dive / (name + ".changed"));
+    const auto now = stamp_of(dive / name);
+    if (now == stamp) {
+      found.whole[name] = stamp;
+    } else if (now) {
+      found.changed.insert(name);
     }
   }
-  return whole;
+  return found;
+}
+
+bool is_mosaic(const std::string& name) { return name.starts_with("mosaic2d/"); }
+
+bool mosaics_are_whole(const Previous& previous, const Found& found) {
+  return previous.exists && std::ranges::all_of(previous.files, [&](const auto& file) {
+           return !is_mosaic(file.first) || found.whole.contains(file.first);
+         });
 }
 
 void settle_projected(Disk& disk, const path& dive, const Ledger& ledger, Recovery& recovery) {
@@ -107,12 +120,15 @@ Recovery recover(const path& dive, Disk& disk) {
   count(ledger, previous, recovery);
   settle_projected(disk, dive, ledger, recovery);
   remove_leftovers(disk, dive);
-  const Stamps whole = whole_files(disk, dive, previous.files);
-  const Outcome outcome = make_products(disk, dive, ledger, {}, whole);
+  const Found found = find_files(dive, previous.files);
+  const bool rebuild = !mosaics_are_whole(previous, found);
+  const MosaicTiles tiles = rebuild ? rebuilt_tiles(dive, ledger) : MosaicTiles();
+  const Outcome outcome = make_products(disk, dive, ledger, tiles, found.whole, found.changed);
   note_failures(previous, outcome, recovery);
   const bool changed = !recovery.was_complete || !outcome.made.empty();
   if (changed && outcome.failed.empty()) {
-    const json made = summary(ledger, previous.area, outcome.stamps, previous.rates);
+    const double area = rebuild ? covered_area(ledger, tiles) : previous.area;
+    const json made = summary(ledger, area, outcome.stamps, previous.rates);
     const int error = write_summary(disk, dive, made);
     if (error != 0) recovery.damaged.push_back("dive.json");
   }

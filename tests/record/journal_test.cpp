@@ -1,0 +1,194 @@
+// SPDX-FileCopyrightText: nadir contributors
+// SPDX-License-Identifier: Apache-2.0
+#include "journal.hpp"
+
+#include <gtest/gtest.h>
+#include <unistd.h>
+
+#include <opencv2/core.hpp>
+
+#include "facts.hpp"
+#include "nadir/core/check.hpp"
+#include "record/fake_disk.hpp"
+#include "record/small_dive.hpp"
+
+namespace nadir::record {
+namespace {
+
+struct Read {
+  std::vector<std::uint64_t> sequences;
+  std::vector<std::string> texts;
+  std::uint64_t missing = 0;
+};
+
+Read read_journal(const path& folder) {
+  JournalReader reader(folder);
+  Read read;
+  while (const auto record = reader.next()) {
+    read.sequences.push_back(record->sequence);
+    read.texts.emplace_back(record->payload.begin(), record->payload.end());
+  }
+  read.missing = reader.missing();
+  return read;
+}
+
+void write_journal(Disk& disk, const path& folder, int records) {
+  JournalWriter writer(disk, folder);
+  for (int i = 0; i < records; ++i) {
+    const std::string text(static_cast<std::size_t>(3 * i), static_cast<char>('a' + i));
+    ASSERT_EQ(writer.append(RecordType::shot, as_bytes(text)), 0);
+  }
+}
+
+constexpr const char* kFirst = "journal-000.nadir";
+
+TEST(Journal, GivesBackWhatWasAppended) {
+  const ScratchFolder folder;
+  QuickDisk disk;
+  write_journal(disk, folder / "", 4);
+  const Read read = read_journal(folder / "");
+  EXPECT_EQ(read.texts, (std::vector<std::string>{"", "bbb", "cccccc", "ddddddddd"}));
+  EXPECT_EQ(read.missing, 0u);
+}
+
+TEST(Journal, CutAnywhereHoldsTheRecordsBeforeTheCut) {
+  const ScratchFolder folder;
+  QuickDisk disk;
+  write_journal(disk, folder / "", 4);
+  const std::string whole = read_text(folder / kFirst);
+  constexpr std::size_t kHeader = 24;
+  for (std::size_t size = 0; size <= whole.size(); ++size) {
+    write_text(folder / kFirst, whole.substr(0, size));
+    std::size_t expected = 0;
+    for (std::size_t end = kHeader; expected < 4; ++expected) {
+      end += kHeader + 3 * expected;
+      if (end > size) break;
+    }
+    const Read read = read_journal(folder / "");
+    EXPECT_EQ(read.texts.size(), expected) << size;
+    EXPECT_EQ(read.missing, 0u) << size;
+  }
+}
+
+TEST(Journal, LosesOneRecordToAFlippedBitAndSaysSo) {
+  const ScratchFolder folder;
+  QuickDisk disk;
+  write_journal(disk, folder / "", 4);
+  const std::string whole = read_text(folder / kFirst);
+  constexpr std::size_t kHeader = 24, kLast = 24 + 3 * 24 + 9;
+  for (std::size_t at = kHeader; at < whole.size(); ++at) {
+    for (const int bit : {0, 3, 7}) {
+      std::string rotten = whole;
+      rotten[at] = static_cast<char>(rotten[at] ^ (1 << bit));
+      write_text(folder / kFirst, rotten);
+      const Read read = read_journal(folder / "");
+      EXPECT_EQ(read.texts.size(), 3u) << at;
+      EXPECT_EQ(read.missing, at < kLast ? 1u : 0u) << at;  // the last may as well be torn
+    }
+  }
+}
+
+TEST(Journal, FindsARecordBehindGarbage) {
+  const ScratchFolder folder;
+  QuickDisk disk;
+  write_journal(disk, folder / "", 3);
+  std::string text = read_text(folder / kFirst);
+  text.insert(24, std::string(70000, 'N') + "NDR" + std::string(65530, '\0'));
+  write_text(folder / kFirst, text);
+  EXPECT_EQ(read_journal(folder / "").texts.size(), 3u);
+}
+
+TEST(Journal, GoesOnInANewSegmentAfterAFailedSync) {
+  const ScratchFolder folder;
+  FailingDisk disk;
+  JournalWriter writer(disk, folder / "");
+  ASSERT_EQ(writer.append(RecordType::shot, as_bytes("one")), 0);
+  int failures = 1;
+  disk.verdict = [&](FailingDisk::Call call) {
+    return call == FailingDisk::Call::sync && failures-- > 0 ? -EIO : 0;
+  };
+  EXPECT_EQ(writer.append(RecordType::shot, as_bytes("two")), 0);
+  EXPECT_EQ(writer.append(RecordType::shot, as_bytes("three")), 0);
+  writer.close();
+  EXPECT_TRUE(std::filesystem::exists(folder / "journal-001.nadir"));
+  const Read read = read_journal(folder / "");
+  EXPECT_EQ(read.texts, (std::vector<std::string>{"one", "two", "three"}));
+  EXPECT_EQ(read.missing, 0u);
+}
+
+TEST(Journal, GivesARecordOnceThatReachedTheDiskTwice) {
+  const ScratchFolder folder;
+  // The sync fails but the data are there all the same.
+  struct LyingDisk : QuickDisk {
+    int failures = 0;
+    int sync(int) override { return failures-- > 0 ? -EIO : 0; }
+  } disk;
+  JournalWriter writer(disk, folder / "");
+  ASSERT_EQ(writer.append(RecordType::shot, as_bytes("one")), 0);
+  disk.failures = 1;
+  ASSERT_EQ(writer.append(RecordType::shot, as_bytes("two")), 0);
+  ASSERT_EQ(writer.append(RecordType::shot, as_bytes("three")), 0);
+  writer.close();
+  EXPECT_EQ(read_journal(folder / "").texts, (std::vector<std::string>{"one", "two", "three"}));
+}
+
+TEST(Journal, LeavesNoHeapOfSegmentsWhenTheDiskIsFull) {
+  const ScratchFolder folder;
+  FailingDisk disk;
+  JournalWriter writer(disk, folder / "");
+  ASSERT_EQ(writer.append(RecordType::shot, as_bytes("one")), 0);
+  disk.verdict = [](FailingDisk::Call call) {
+    return call == FailingDisk::Call::write ? -ENOSPC : 0;
+  };
+  for (int i = 0; i < 50; ++i) {
+    EXPECT_EQ(writer.append(RecordType::shot, as_bytes("lost")), -ENOSPC);
+  }
+  disk.verdict = [](FailingDisk::Call) { return 0; };
+  EXPECT_EQ(writer.append(RecordType::shot, as_bytes("two")), 0);
+  writer.close();
+  EXPECT_EQ(read_all(folder / "").size(), 2u);
+  const Read read = read_journal(folder / "");
+  EXPECT_EQ(read.texts, (std::vector<std::string>{"one", "two"}));
+  EXPECT_EQ(read.missing, 0u);
+}
+
+TEST(Journal, OfALaterVersionIsRefusedUntouched) {
+  const ScratchFolder folder;
+  QuickDisk disk;
+  write_journal(disk, folder / "", 1);
+  std::string text = read_text(folder / kFirst);
+  text[8] = 2;
+  write_text(folder / kFirst, text);
+  EXPECT_THROW(JournalReader(folder / ""), InputError);
+  EXPECT_THROW(JournalReader(folder / "nowhere"), InputError);
+}
+
+TEST(Facts, AreTheSameAfterTheJournal) {
+  SmallDive small;
+  const Facts facts = facts_of(small.entry(2));
+  const Bytes bytes = encode(facts);
+  const auto back = decode_facts(bytes);
+  ASSERT_TRUE(back);
+  EXPECT_EQ(encode(*back), bytes);
+  EXPECT_EQ(back->name, "dsc,2");
+  EXPECT_EQ(back->window->tie_points.at(1).x_in_survey, facts.window->tie_points[1].x_in_survey);
+  EXPECT_EQ(back->plane->centroid, facts.plane->centroid);
+  EXPECT_EQ(cv::norm(back->grid->bgr, facts.grid->bgr, cv::NORM_INF), 0);
+  EXPECT_EQ(back->tiles, facts.tiles);
+}
+
+TEST(Facts, CutShortAreNone) {
+  const Bytes bytes = encode(facts_of(SmallDive{}.entry(1)));
+  for (std::size_t size = 0; size < bytes.size(); ++size) {
+    EXPECT_FALSE(decode_facts(ByteView(bytes).first(size))) << size;
+  }
+}
+
+TEST(Facts, OfHostileLengthsTakeNoMemory) {
+  const Bytes hostile(200, 0xff);
+  EXPECT_FALSE(decode_facts(hostile));
+  EXPECT_FALSE(decode_alert(hostile));
+}
+
+}  // namespace
+}  // namespace nadir::record

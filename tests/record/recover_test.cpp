@@ -1,0 +1,209 @@
+// SPDX-FileCopyrightText: nadir contributors
+// SPDX-License-Identifier: Apache-2.0
+#include "nadir/record/recover.hpp"
+
+#include <gtest/gtest.h>
+#include <signal.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <random>
+
+#include "nadir/core/check.hpp"
+#include "nadir/mosaic2d/mosaic.hpp"
+#include "record/fake_disk.hpp"
+#include "record/small_dive.hpp"
+
+namespace nadir::record {
+namespace {
+
+using nlohmann::json;
+
+// As the pipeline makes them: the tiles of each update come from its projected image.
+std::vector<Entry> mosaicked(const SmallDive& small) {
+  mosaic2d::Mosaic mosaic(small.mosaic());
+  std::vector<Entry> entries;
+  for (int i = 0; i < small.images; ++i) {
+    Entry entry = small.entry(static_cast<std::uint64_t>(i));
+    auto update = std::make_shared<MosaicUpdate>(*entry.mosaic);
+    update->tiles = mosaic.add(*update->projected);
+    entry.mosaic = update;
+    entries.push_back(entry);
+  }
+  return entries;
+}
+
+SmallDive larger() {
+  SmallDive small;
+  small.width = 200;
+  small.height = 150;
+  small.images = 6;
+  return small;
+}
+
+class Recovering : public testing::Test {
+ protected:
+  void record(bool finish) {
+    Dive dive(folder_, small_.info(), {});
+    for (const Entry& entry : mosaicked(small_)) ASSERT_TRUE(dive.add(entry).empty());
+    EXPECT_TRUE(!finish || dive.finish({{"images_hz", 2.5}}).empty());
+  }
+  static json without_rates(const std::string& dive_json) {
+    json dive = json::parse(dive_json);
+    dive.erase("rates");
+    dive.erase("cut_off");
+    return dive;
+  }
+
+  SmallDive small_ = larger();
+  ScratchFolder scratch_;
+  path folder_ = scratch_ / "dive";
+};
+
+TEST_F(Recovering, MakesTheFilesTheDiveWouldHaveMade) {
+  record(true);
+  auto finished = read_all(folder_);
+  ScratchFolder other;
+  folder_ = other / "dive";
+  record(false);
+  const Recovery recovery = recover(folder_);
+  EXPECT_EQ(recovery.oriented, 6u);
+  EXPECT_EQ(recovery.projected, 6u);
+  EXPECT_FALSE(recovery.was_complete);
+  EXPECT_TRUE(recovery.whole());
+  auto recovered = read_all(folder_);
+  EXPECT_EQ(without_rates(recovered["dive.json"]), without_rates(finished["dive.json"]));
+  for (auto* files : {&finished, &recovered}) {
+    files->erase("dive.json");
+    files->erase("journal-000.nadir");  // without its last record
+  }
+  EXPECT_EQ(recovered, finished);
+  EXPECT_TRUE(recovered.contains("mosaic2d/mosaic-000.png"));
+}
+
+TEST_F(Recovering, ACompleteDiveChangesNothing) {
+  record(true);
+  const auto before = read_all(folder_);
+  const Recovery recovery = recover(folder_);
+  EXPECT_TRUE(recovery.was_complete);
+  EXPECT_TRUE(recovery.whole());
+  EXPECT_TRUE(recovery.made.empty());
+  EXPECT_EQ(read_all(folder_), before);
+}
+
+TEST_F(Recovering, AnUnfinishedDiveTwiceIsTheSameAsOnce) {
+  record(false);
+  (void)recover(folder_);
+  const auto once = read_all(folder_);
+  EXPECT_TRUE(is_complete(folder_));
+  EXPECT_TRUE(recover(folder_).made.empty());
+  EXPECT_EQ(read_all(folder_), once);
+}
+
+TEST_F(Recovering, MakesAgainWhatIsMissingOrDamagedAndKeepsWhatChanged) {
+  record(true);
+  const auto before = read_all(folder_);
+  for (const auto& [name, text] : before) {
+    if (name.starts_with("journal") || name.ends_with(".png") || name == "dive.json") continue;
+    std::filesystem::remove(folder_ / name);
+    (void)recover(folder_);
+    EXPECT_EQ(read_all(folder_), before) << name;
+  }
+  write_text(folder_ / "trajectory.tum", "mine");
+  write_text(folder_ / "mosaic2d/mosaic-000.png", "torn");
+  const Recovery recovery = recover(folder_);
+  EXPECT_EQ(recovery.made, (std::vector<std::string>{"mosaic2d/mosaic-000.png", "trajectory.tum"}));
+  auto after = read_all(folder_);
+  EXPECT_EQ(after["trajectory.tum.changed"], "mine");
+  after.erase("trajectory.tum.changed");
+  after.erase("mosaic2d/mosaic-000.png.changed");
+  EXPECT_EQ(after, before);
+}
+
+TEST_F(Recovering, NeverReplacesGoodFilesFromABadJournal) {
+  record(true);
+  auto before = read_all(folder_);
+  std::string journal = before["journal-000.nadir"];
+  for (std::size_t at = journal.size() / 3; at < journal.size(); at += 1000) journal[at] ^= 1;
+  write_text(folder_ / "journal-000.nadir", journal);
+  before["journal-000.nadir"] = journal;
+  const Recovery recovery = recover(folder_);
+  EXPECT_FALSE(recovery.whole());
+  EXPECT_GT(recovery.missing_records, 0u);
+  EXPECT_EQ(read_all(folder_), before);
+}
+
+TEST_F(Recovering, CountsWhatCannotBeMadeAgain) {
+  record(false);
+  std::string image = read_text(folder_ / "projected/000002.png");
+  image[image.size() / 2] ^= 1;
+  write_text(folder_ / "projected/000002.png", image);
+  std::filesystem::remove(folder_ / "projected/000003.png");
+  const Recovery recovery = recover(folder_);
+  EXPECT_EQ(recovery.damaged,
+            (std::vector<std::string>{"projected/000002.png", "projected/000003.png"}));
+  EXPECT_EQ(recovery.projected, 4u);
+  EXPECT_EQ(recovery.oriented, 6u);
+  EXPECT_FALSE(recovery.whole());
+}
+
+TEST_F(Recovering, LeavesADiveAloneThatIsBeingRecorded) {
+  Dive dive(folder_, small_.info(), {});
+  ASSERT_TRUE(dive.add(small_.entry(0)).empty());
+  const auto before = read_all(folder_);
+  EXPECT_THROW((void)recover(folder_), InputError);
+  EXPECT_EQ(read_all(folder_), before);
+}
+
+TEST_F(Recovering, RefusesAFolderThatIsNoDive) {
+  EXPECT_THROW((void)recover(scratch_ / ""), InputError);
+  EXPECT_THROW((void)recover(scratch_ / "nowhere"), InputError);
+}
+
+// Reports through the pipe each image that is acknowledged, until it is killed.
+[[noreturn]] void record_for_ever(const SmallDive& small, const path& folder, int pipe) {
+  QuickDisk disk;
+  Dive dive(folder, small.info(), {}, disk);
+  for (std::uint64_t i = 0;; ++i) {
+    (void)dive.add(small.entry(i));
+    if (::write(pipe, "+", 1) != 1) ::_exit(1);
+  }
+}
+
+std::uint64_t count_bytes(int pipe) {
+  std::uint64_t count = 0;
+  char buffer[256];
+  for (ssize_t size; (size = ::read(pipe, buffer, sizeof buffer)) > 0;) {
+    count += static_cast<std::uint64_t>(size);
+  }
+  return count;
+}
+
+TEST(Killed, AtARandomInstantKeepsEveryAcknowledgedImage) {
+  std::mt19937 random(3);
+  SmallDive small;
+  small.with_tiles = false;
+  for (int round = 0; round < 25; ++round) {
+    const ScratchFolder scratch;
+    int pipe[2];
+    ASSERT_EQ(::pipe(pipe), 0);
+    const pid_t child = ::fork();
+    if (child == 0) record_for_ever(small, scratch / "dive", pipe[1]);
+    ::close(pipe[1]);
+    char first = 0;
+    ASSERT_EQ(::read(pipe[0], &first, 1), 1);
+    ::usleep(static_cast<useconds_t>(random() % 20000));
+    ::kill(child, SIGKILL);
+    ::waitpid(child, nullptr, 0);
+    const std::uint64_t acknowledged = 1 + count_bytes(pipe[0]);
+    ::close(pipe[0]);
+    QuickDisk disk;
+    const Recovery recovery = recover(scratch / "dive", disk);
+    EXPECT_GE(recovery.oriented, acknowledged);
+    EXPECT_GE(recovery.projected, acknowledged);
+    EXPECT_TRUE(recovery.whole());
+  }
+}
+
+}  // namespace
+}  // namespace nadir::record
