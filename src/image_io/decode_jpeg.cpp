@@ -2,10 +2,10 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <turbojpeg.h>
 
-#include <cstring>
 #include <memory>
 
 #include "codecs.hpp"
+#include "jpeg_markers.hpp"
 
 namespace nadir::image_io {
 namespace {
@@ -15,19 +15,14 @@ struct Destroy {
 };
 using Handle = std::unique_ptr<void, Destroy>;
 
-// Each scan of a progressive file visits every block, however few bytes it has. Encoders in use
-// write at most 14; thousands would cost minutes.
+// Each scan of a file visits every block, however few bytes it has. Encoders in use write at most
+// 14; thousands would cost minutes.
 bool too_many_scans(std::span<const std::uint8_t> file) {
   constexpr int kMostScans = 32;
-  constexpr std::uint8_t kStartOfScan = 0xda;
   int scans = 0;
-  const std::uint8_t* at = file.data();
-  const std::uint8_t* const last = file.data() + file.size() - 1;
-  while (at < last) {
-    at = static_cast<const std::uint8_t*>(
-        std::memchr(at, 0xff, static_cast<std::size_t>(last - at)));
-    if (at == nullptr) break;
-    if (*++at == kStartOfScan && ++scans > kMostScans) return true;
+  JpegMarkers markers(file);
+  while (const auto segment = markers.next()) {
+    if (segment->marker == kJpegStartOfScan && ++scans > kMostScans) return true;
   }
   return false;
 }
@@ -40,7 +35,7 @@ Decoded damaged(tjhandle handle) {
 
 Decoded decode_jpeg(std::span<const std::uint8_t> file, const Header& header, int divisor,
                     Colour colour) {
-  if (too_many_scans(file)) return {{}, "progressive JPEG with too many scans"};
+  if (too_many_scans(file)) return {{}, "JPEG with too many scans"};
   const Handle handle(tjInitDecompress());
   int width = 0, height = 0, subsampling = 0, space = 0;
   if (tjDecompressHeader3(handle.get(), file.data(), file.size(), &width, &height, &subsampling,

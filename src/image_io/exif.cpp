@@ -67,6 +67,7 @@ Bytes exif_of(Bytes file) {
   constexpr std::size_t kNameSize = 6;
   JpegMarkers markers(file);
   while (const auto segment = markers.next()) {
+    if (segment->marker == kJpegStartOfScan) break;
     if (segment->marker == kApp1 && segment->payload.size() > kNameSize &&
         std::memcmp(segment->payload.data(), "Exif\0\0", kNameSize) == 0) {
       return segment->payload.subspan(kNameSize);

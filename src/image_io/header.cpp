@@ -52,6 +52,7 @@ Inspection jpeg(Bytes file) {
   JpegMarkers markers(file);
   while (const auto segment = markers.next()) {
     if (starts_frame(segment->marker)) return jpeg_frame(segment->marker, segment->payload);
+    if (segment->marker == kJpegStartOfScan) break;
   }
   return fault("truncated or damaged JPEG header");
 }

@@ -1,7 +1,9 @@
 // SPDX-FileCopyrightText: nadir contributors
 // SPDX-License-Identifier: Apache-2.0
-// A walk over the marker segments of a JPEG file (ITU-T T.81 annex B.1) up to the first scan.
+// A walk over the marker segments of a JPEG file (ITU-T T.81 annex B.1).
 #pragma once
+
+#include <cstring>
 
 #include "bytes.hpp"
 
@@ -12,34 +14,49 @@ struct JpegSegment {
   std::span<const std::uint8_t> payload;
 };
 
+inline constexpr int kJpegStartOfScan = 0xda;
+
 class JpegMarkers {
  public:
   explicit JpegMarkers(std::span<const std::uint8_t> file) : file_(file) {}
 
-  /// None at the end of the bytes, at damage, at EOI and after the start of the first scan.
+  /// The next segment with a payload, past the coded data of a scan; none at EOI and at damage.
   std::optional<JpegSegment> next() {
-    if (ended_) return std::nullopt;
-    ended_ = true;
+    if (in_scan_) skip_coded_data();
     if (at_ >= file_.size() || file_[at_] != 0xff) return std::nullopt;
     while (at_ < file_.size() && file_[at_] == 0xff) ++at_;
     if (at_ >= file_.size()) return std::nullopt;
     const int marker = file_[at_++];
     const auto length = read_uint(file_, at_, 2, ByteOrder::big);
     if (marker == kEndOfImage || !length || *length < 2 || file_.size() - at_ < *length) {
+      at_ = file_.size();
       return std::nullopt;
     }
     const JpegSegment segment{marker, file_.subspan(at_ + 2, *length - 2)};
     at_ += *length;
-    ended_ = marker == kStartOfScan;
+    in_scan_ = marker == kJpegStartOfScan;
     return segment;
   }
 
  private:
-  static constexpr int kEndOfImage = 0xd9, kStartOfScan = 0xda;
+  static constexpr int kEndOfImage = 0xd9, kFirstRestart = 0xd0, kLastRestart = 0xd7;
+
+  void skip_coded_data() {
+    while (at_ + 1 < file_.size()) {
+      const void* found = std::memchr(file_.data() + at_, 0xff, file_.size() - at_ - 1);
+      if (found == nullptr) break;
+      at_ = static_cast<std::size_t>(static_cast<const std::uint8_t*>(found) - file_.data());
+      const int next = file_[at_ + 1];
+      const bool coded = next == 0 || (next >= kFirstRestart && next <= kLastRestart);
+      if (!coded) return;
+      at_ += 2;
+    }
+    at_ = file_.size();
+  }
 
   std::span<const std::uint8_t> file_;
   std::size_t at_ = 2;  ///< after SOI
-  bool ended_ = false;
+  bool in_scan_ = false;
 };
 
 }  // namespace nadir::image_io

@@ -124,6 +124,16 @@ TEST(Decode, NeverRotatesByExifOrientation) {
   EXPECT_LE(largest_difference(decoded.image, image), 6);
 }
 
+TEST(Decode, IgnoresWhatFollowsTheEndOfAJpeg) {
+  const cv::Mat image = gradient(kWidth, kHeight);
+  File file = encode_jpeg(image, 95, Chroma::full);
+  for (int i = 0; i < 100; ++i)
+    file.insert(file.end(), {0xff, 0xda, 0x00, 0x02});  // a phone's video
+  const Decoded decoded = decode_all(file);
+  ASSERT_EQ(decoded.fault, "");
+  EXPECT_LE(largest_difference(decoded.image, image), 6);
+}
+
 TEST(Decode, RefusesAnotherSizeNamingBoth) {
   const Decoded decoded =
       decode(encode_jpeg(gradient(kHeight, kWidth), 80), kWidth, kHeight, 1, Colour::bgr);
