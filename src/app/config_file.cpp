@@ -4,6 +4,8 @@
 
 #include <toml++/toml.h>
 
+#include <array>
+#include <charconv>
 #include <fstream>
 #include <sstream>
 
@@ -47,7 +49,17 @@ toml::table parse(std::string_view text, const std::string& name) {
   }
 }
 
+// The shortest digits that read back as the same number; a float in TOML has a point or an
+// exponent.
+std::string as_toml(double value) {
+  std::array<char, 32> digits{};
+  const auto end = std::to_chars(digits.begin(), digits.end(), value).ptr;
+  std::string text(digits.begin(), end);
+  return text.find_first_of(".e") == std::string::npos ? text + ".0" : text;
+}
+
 std::string as_toml(const Value& value) {
+  if (const double* number = std::get_if<double>(&value)) return as_toml(*number);
   std::ostringstream text;
   text.imbue(std::locale::classic());
   std::visit([&](const auto& v) { text << toml::value(v); }, value);

@@ -256,7 +256,7 @@ TEST(DiveJson, SaysWhatTheDiveIs) {
                                              {"joined", nullptr},
                                              {"uncertain", false}}})));
   EXPECT_EQ(found["scale"], (json{{"source", "stereo"}, {"sigma", 0.001}}));
-  EXPECT_EQ(found["survey_axes"], "ahrs");
+  EXPECT_EQ(found["survey_axes"], "attitude");
   EXPECT_NEAR(found["area_m2"].get<double>(), 5 * 100 * 50 * 1e-4, 1e-9);
   EXPECT_EQ(found["rates"]["images_hz"], 2.0);
   EXPECT_TRUE(found["drift"].is_null());

@@ -79,6 +79,7 @@ struct SmallDive {
   }
   std::shared_ptr<const Window> window(std::uint64_t image) const {
     auto window = std::make_shared<Window>();
+    window->axes = SurveyAxes::attitude;
     if (metric) window->scale = {ScaleSource::stereo, 0.001};
     for (std::uint64_t k = 0; k < kPointsEach; ++k) {
       // The last point of a window is seen again, and better, as the first of the next.
@@ -125,7 +126,6 @@ struct SmallDive {
 
   DiveInfo info() const {
     DiveInfo info;
-    info.survey_axes = "ahrs";
     info.about = {{"versions", {{"nadir", "0.1.0"}}}, {"configuration", {{"odometry.window", 3}}}};
     return info;
   }
