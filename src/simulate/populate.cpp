@@ -68,7 +68,8 @@ Relief raise(const Profile& profile, std::uint32_t seed, const Box& box) {
 
 Quaterniond about_z(double angle) { return Quaterniond(AngleAxisd(angle, Vector3d::UnitZ())); }
 
-// Lays things down; keeps apart those that must not touch.
+// Lays things down; keeps apart those that must not touch. Random numbers are drawn one a statement
+// or in braces: the order of a call's arguments is the compiler's choice.
 class Layout {
  public:
   Layout(Scene& scene, const Box& box, std::uint64_t seed)
@@ -105,8 +106,9 @@ class Layout {
   void blob(Material material, const Vector2d& place, const Vector3d& radii, double sunk,
             float roughness, float frequency, int arms = 0) {
     const double z = scene_.relief.z(place.x(), place.y()) + (1 - 2 * sunk) * radii.z();
-    Solid solid = make_blob(material, {place.x(), place.y(), z}, radii, about_z(yaw()), roughness,
-                            frequency, seed());
+    const Quaterniond turned = about_z(yaw());
+    Solid solid =
+        make_blob(material, {place.x(), place.y(), z}, radii, turned, roughness, frequency, seed());
     std::get<Blob>(solid.shape).arms = arms;
     scene_.solids.push_back(solid);
   }
@@ -181,7 +183,7 @@ void furnish_pool(Layout& layout, const Box& box) {
   for (double y = box.low.y(); y < box.high.y(); y += 0.82) {
     for (const double x : {-1.15, -0.4, 0.38, 1.2}) {
       if (random.uniform() > 0.62) continue;
-      const Vector2d place(x + random.uniform(-0.05, 0.05), y + random.uniform(-0.06, 0.06));
+      const Vector2d place{x + random.uniform(-0.05, 0.05), y + random.uniform(-0.06, 0.06)};
       const double half = random.uniform(0.26, 0.33), turn = random.uniform(-0.06, 0.06);
       const bool tall = random.uniform() < 0.12;
       const Vector3d size(half, half, tall ? random.uniform(0.06, 0.18) : 0.012);
@@ -193,7 +195,7 @@ void furnish_pool(Layout& layout, const Box& box) {
 void stones(Layout& layout, double density, double smallest, double largest) {
   layout.scatter(density, smallest, largest, [&](const Vector2d& place, double size) {
     Random& random = layout.random();
-    const Vector3d radii(size, size * random.uniform(0.6, 0.95), size * random.uniform(0.4, 0.75));
+    const Vector3d radii{size, size * random.uniform(0.6, 0.95), size * random.uniform(0.4, 0.75)};
     layout.blob(Material::rock, place, radii, random.uniform(0.2, 0.4), 0.16f, 2.0f);
   });
 }
@@ -213,7 +215,7 @@ void starfish(Layout& layout, double density) {
 void corals(Layout& layout, double density) {
   layout.scatter(density, 0.14, 0.42, [&](const Vector2d& place, double size) {
     Random& random = layout.random();
-    const Vector3d radii(size, size * random.uniform(0.8, 1), size * random.uniform(0.5, 0.8));
+    const Vector3d radii{size, size * random.uniform(0.8, 1), size * random.uniform(0.5, 0.8)};
     layout.blob(Material::coral, place, radii, 0.3, 0.14f, 3.2f);
   });
 }
@@ -240,7 +242,7 @@ void amphora(Layout& layout, Scene& scene, const Vector2d& place, double length)
 }
 
 void furnish_wreck(Layout& layout, Scene& scene) {
-  layout.scatter(0.42, 0.36, 0.50, [&](const Vector2d& place, double size) {
+  layout.scatter(0.6, 0.36, 0.50, [&](const Vector2d& place, double size) {
     amphora(layout, scene, place, 1.9 * size);
   });
   layout.scatter(1.0, 0.03, 0.10, [&](const Vector2d& place, double size) {

@@ -55,7 +55,7 @@ Profile transect() {
   p.right_camera =
       brown(960, 540, {576.9, 576.3, 475.2, 271.7}, {0.114, 0.034, 5e-4, -6e-4, 0.003});
   p.baseline = 0.12;
-  p.lamps = pair_of_lamps(1.1, 4.6f, 9);
+  p.lamps = pair_of_lamps(1.1, 4.6f, 7);
   p.water = {{0.26f, 0.15f, 0.42f}, {0.042f, 0.062f, 0.020f}, {0.03f, 0.05f, 0.01f}};
   p.snow = 20, p.jpeg = 88, p.target = 0.2, p.targets = 1.7;
   return p;

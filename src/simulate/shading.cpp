@@ -31,7 +31,7 @@ float inside(double d, double footprint) {
 // Sand grains and dirt: the contrast that tie points live on, from 10 cm down to the pixel.
 float grain(double x, double y, double footprint, std::uint32_t seed) {
   return Fractal{0.032, 5, 0.95f, seed}(x, y, footprint) +
-         0.5f * Fractal{0.25, 2, 0.8f, seed + 7}(x, y, footprint);
+         0.3f * Fractal{0.25, 2, 0.8f, seed + 7}(x, y, footprint);
 }
 
 struct Ground {
@@ -65,8 +65,8 @@ Ground concrete(double x, double y, double footprint, std::uint32_t seed) {
                                         0.008 * static_cast<double>(random_of(pit.id, 2)),
                                     footprint)
                            : 0.0f;
-  const float tone = (1 + 0.22f * stain + 0.30f * fine) * (1 - 0.6f * pitted);
-  return {Vec3f(0.36f, 0.34f, 0.31f) * std::max(tone, 0.1f)};
+  const float tone = (1 + 0.22f * stain + 0.26f * fine) * (1 - 0.6f * pitted);
+  return {Vec3f(0.36f, 0.34f, 0.31f) * std::max(tone, 0.3f)};
 }
 
 Ground gravel(double x, double y, double footprint, std::uint32_t seed) {
@@ -79,21 +79,33 @@ Ground gravel(double x, double y, double footprint, std::uint32_t seed) {
   return bed;
 }
 
+Ground rubble(double x, double y, double footprint, float fine, std::uint32_t seed) {
+  Ground bed = pebbles(x, y, 0.045, footprint, {0.14f, 0.15f, 0.13f}, {0.44f, 0.50f, 0.50f}, seed);
+  const float crust = smooth(0.25f, 0.5f, Fractal{0.5, 3, 0.6f, seed + 60}(x, y, footprint));
+  bed.albedo = blend(bed.albedo * (1 + 0.2f * fine), {0.30f, 0.19f, 0.33f}, 0.6f * crust);
+  return bed;
+}
+
+// Rubble between sand and weed; what is wholly covered is not worked out.
 Ground reef_floor(double x, double y, double footprint, std::uint32_t seed) {
   const float fine = grain(x, y, footprint, seed + 20);
   const float where = Fractal{2.2, 4, 0.55f, seed + 40}(x, y, footprint);
-  const float turf = Fractal{0.12, 4, 0.8f, seed + 50}(x, y, footprint);
-  Ground rubble =
-      pebbles(x, y, 0.045, footprint, {0.14f, 0.15f, 0.13f}, {0.44f, 0.50f, 0.50f}, seed);
-  const Vec3f sand = Vec3f(0.40f, 0.47f, 0.48f) * std::max(1 + 0.28f * fine, 0.1f);
-  const Vec3f weed = blend({0.07f, 0.14f, 0.10f}, {0.14f, 0.27f, 0.24f}, clamp01(0.5f + turf)) *
-                     std::max(1 + 0.35f * fine, 0.2f);
-  const float crust = smooth(0.25f, 0.5f, Fractal{0.5, 4, 0.6f, seed + 60}(x, y, footprint));
   const float sandy = smooth(0.15f, 0.40f, where), weedy = smooth(0.05f, 0.30f, -where);
-  rubble.albedo = blend(rubble.albedo * (1 + 0.2f * fine), {0.30f, 0.19f, 0.33f}, 0.6f * crust);
-  rubble.albedo = blend(blend(rubble.albedo, sand, sandy), weed, weedy);
-  rubble.tilt *= static_cast<double>((1 - sandy) * (1 - weedy));
-  return rubble;
+  const float bare = (1 - sandy) * (1 - weedy);
+  Ground floor{};
+  if (bare > 0) floor = rubble(x, y, footprint, fine, seed);
+  floor.tilt *= static_cast<double>(bare);
+  if (sandy > 0) {
+    const Vec3f sand = Vec3f(0.40f, 0.47f, 0.48f) * std::max(1 + 0.28f * fine, 0.3f);
+    floor.albedo = blend(floor.albedo, sand, sandy);
+  }
+  if (weedy > 0) {
+    const float turf = Fractal{0.12, 4, 0.8f, seed + 50}(x, y, footprint);
+    const Vec3f weed = blend({0.07f, 0.14f, 0.10f}, {0.14f, 0.27f, 0.24f}, clamp01(0.5f + turf)) *
+                       std::max(1 + 0.35f * fine, 0.2f);
+    floor.albedo = blend(floor.albedo, weed, weedy);
+  }
+  return floor;
 }
 
 Ground sand(double x, double y, double footprint, std::uint32_t seed) {
@@ -102,9 +114,9 @@ Ground sand(double x, double y, double footprint, std::uint32_t seed) {
   const double phase = 2 * std::numbers::pi * (y + 0.35 * x) / 0.13 + 5 * static_cast<double>(bend);
   const float crest = static_cast<float>(std::sin(phase));
   const float patch = smooth(0.12f, 0.35f, Fractal{1.1, 5, 0.6f, seed + 40}(x, y, footprint));
-  const float tone = 1 + 0.34f * fine + 0.10f * crest;
-  Ground floor{Vec3f(0.30f, 0.34f, 0.34f) * std::max(tone, 0.1f)};
-  floor.tilt = {0.06 * static_cast<double>(crest), 0.16 * std::cos(phase), 0};
+  const float tone = 1 + 0.26f * fine + 0.14f * crest;
+  Ground floor{Vec3f(0.30f, 0.34f, 0.34f) * std::max(tone, 0.3f)};
+  floor.tilt = {0, 0.28 * std::cos(phase), 0};
   const Ground lag =
       pebbles(x, y, 0.018, footprint, {0.09f, 0.10f, 0.11f}, {0.34f, 0.37f, 0.38f}, seed + 80);
   floor.albedo = blend(floor.albedo, lag.albedo, patch);

@@ -4,21 +4,19 @@
 
 #include <cmath>
 #include <cstdio>
-#include <numbers>
 #include <opencv2/imgproc.hpp>
 
 #include "nadir/core/check.hpp"
 #include "noise.hpp"
 #include "random.hpp"
 #include "renderer.hpp"
+#include "sensors.hpp"
 
 namespace nadir::simulate {
 namespace {
 
 using cv::Vec3f;
 using Eigen::Vector2d, Eigen::Vector3d;
-
-constexpr double kDegree = std::numbers::pi / 180;
 
 Options resolved(Options options) {
   options.check();
@@ -69,22 +67,6 @@ bool sees(const Scene& scene, const CameraModel& camera, const Rigid3& local_fro
   return meeting && std::abs(meeting->hit.t - 1) * (x_in_local - eye).norm() < kSame;
 }
 
-// First-order Gauss-Markov process, standard deviation 1, correlated over `seconds`.
-class Correlated {
- public:
-  Correlated(double step, double seconds) : keep_(std::exp(-step / seconds)) {}
-  double next(Random& random) {
-    value_ = started_ ? keep_ * value_ + std::sqrt(1 - keep_ * keep_) * random.normal()
-                      : random.normal();
-    started_ = true;
-    return value_;
-  }
-
- private:
-  double keep_, value_ = 0;
-  bool started_ = false;
-};
-
 }  // namespace
 
 struct Survey::World {
@@ -120,6 +102,8 @@ struct Survey::World {
     gain[2] *= 1 + 0.04f * drift(options.seed, 'r', image);
     return gain;
   }
+
+  double last_reading() const { return path.seconds(options.images - 1) + 0.2; }
 
   std::vector<Vector3d> laser_origins() const {
     if (options.scene != SceneKind::transect || options.stereo) return {};
@@ -264,40 +248,12 @@ HeightMap Survey::height_map() const {
 }
 
 std::vector<AttitudeReading> Survey::attitude_readings() const {
-  constexpr double kStep = 0.1, kTilt = 0.3 * kDegree, kYaw = 1 * kDegree;
-  constexpr double kBias = 0.7 * kDegree, kDrift = 2 * kDegree, kDriftPeriod = 240;
-  Random random(hash(world_->options.seed, 'a'));
-  const double phase = random.uniform(0, 2 * std::numbers::pi);
-  Correlated roll(kStep, 2), pitch(kStep, 2), yaw(kStep, 2);
-  const auto error = [&](Correlated& slow) {
-    return std::sqrt(0.5) * (random.normal() + slow.next(random));
-  };
-  std::vector<AttitudeReading> readings;
-  const double end = world_->path.seconds(images() - 1) + 0.2;
-  for (int i = 0; i * kStep <= end; ++i) {
-    const double t = i * kStep;
-    AttitudeReading reading{t, world_->path.at(t).attitude};
-    reading.attitude.roll += kTilt * error(roll);
-    reading.attitude.pitch += kTilt * error(pitch);
-    const double slow = kDrift * std::sin(2 * std::numbers::pi * t / kDriftPeriod + phase);
-    reading.attitude.yaw = std::remainder(reading.attitude.yaw + kBias + slow + kYaw * error(yaw),
-                                          2 * std::numbers::pi);
-    readings.push_back(reading);
-  }
-  return readings;
+  return simulate::attitude_readings(world_->path, world_->last_reading(), world_->options.seed);
 }
 
 std::vector<DepthReading> Survey::depth_readings() const {
-  constexpr double kStep = 0.2, kSigma = 0.01;
-  Random random(hash(world_->options.seed, 'd'));
-  const double surface = -world_->figures.origin.z();
-  std::vector<DepthReading> readings;
-  const double end = world_->path.seconds(images() - 1) + 0.2;
-  for (int i = 0; i * kStep <= end; ++i) {
-    const double t = i * kStep;
-    readings.push_back({t, surface - world_->path.at(t).x_in_local.z() + kSigma * random.normal()});
-  }
-  return readings;
+  return simulate::depth_readings(world_->path, -world_->figures.origin.z(), world_->last_reading(),
+                                  world_->options.seed);
 }
 
 }  // namespace nadir::simulate
