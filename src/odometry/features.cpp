@@ -43,7 +43,7 @@ Features detect_features(const cv::Mat& grey, const CameraModel& camera, int wan
   const int divisor = std::max(grey.cols, grey.rows) > kDescribedSide ? 2 : 1;
   const cv::Mat image = equalised(grey, divisor);
   const auto orb =
-      cv::ORB::create(wanted * 2, 1.2F, 5, 19, 0, 2, cv::ORB::HARRIS_SCORE, 31, threshold);
+      cv::ORB::create(wanted * 6, 1.2F, 5, 19, 0, 2, cv::ORB::HARRIS_SCORE, 31, threshold);
   std::vector<cv::KeyPoint> corners;
   orb->detect(image, corners);
   corners = spread(std::move(corners), image.size(), wanted);

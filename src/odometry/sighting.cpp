@@ -13,7 +13,7 @@ namespace {
 using Eigen::Matrix2d, Eigen::Vector2d, Eigen::Vector3d;
 
 constexpr double kMinCorrelation = 0.80;
-constexpr double kMinEpipolarCorrelation = 0.85;  // no pose speaks for the place along the line
+constexpr double kMinEpipolarCorrelation = 0.80;  // no pose speaks for the place along the line
 constexpr double kAmbiguous = 0.93;               // of the best correlation
 constexpr int kMaxSteps = 800;
 

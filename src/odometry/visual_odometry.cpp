@@ -292,7 +292,13 @@ void VisualOdometry::State::accept(const std::shared_ptr<const View>& view,
   if (new_ground) {
     add_key_frame(*map, view, resection);
     add_tie_points(*map, config);
-    const auto summary = adjust_window(*map, config.window, map->rig->right ? 1 : 2);
+    const int fixed = map->rig->right ? 1 : 2;
+    auto summary = adjust_window(*map, config.window, fixed);
+    if (static_cast<int>(resection.seen.size()) < config.tie_points / 4) {
+      // Few tie points gave a pose too rough to find many new ones; now it is better.
+      add_tie_points(*map, config);
+      summary = adjust_window(*map, config.window, fixed);
+    }
     const std::size_t n = map->key_frames.size();
     for (std::size_t k = n - std::min(n, static_cast<std::size_t>(config.window)); k < n; ++k) {
       out.poses.push_back(pose_of(*map, map->key_frames[k]));
