@@ -16,7 +16,8 @@ namespace {
 
 using Views = std::vector<std::shared_ptr<const View>>;
 
-constexpr std::size_t kMaxWaiting = 24;  // images kept while a map is being started
+constexpr std::size_t kMaxFollowers = 200;  // hovering must not gather them for ever
+constexpr std::size_t kMaxWaiting = 32;     // images kept while a map is being started
 
 // An image oriented between two key frames: it follows its key frame when that is adjusted.
 struct Follower {
@@ -325,6 +326,7 @@ void VisualOdometry::State::accept(const std::shared_ptr<const View>& view,
     out.poses.push_back(image_pose);
     followers.push_back({image_pose, static_cast<int>(map->key_frames.size()) - 1,
                          pose * map->last().camera_from_map.inverse()});
+    if (followers.size() > kMaxFollowers) followers.erase(followers.begin());
   }
   track.push_back({view->frame->time, pose});
   if (track.size() > 2) track.erase(track.begin());
