@@ -13,6 +13,8 @@ namespace {
 constexpr std::size_t kMinSamples = 8;
 constexpr std::size_t kNeighbours = 6;
 constexpr double kMinSpread = 0.08;  // of the inverse depth
+constexpr double kNear = 0.05;       // normalised coordinates: relief alike
+constexpr double kFar = 0.20;        // normalised coordinates: relief unrelated
 constexpr double kMaxSpread = 0.5;
 
 double median(std::vector<double> values) {
@@ -54,7 +56,12 @@ DepthPrior::DepthPrior(std::vector<DepthSample> samples) : samples_(std::move(sa
   if (samples_.size() < kMinSamples) return;
   plane_ = fit_plane(samples_);
   known_ = plane_.allFinite() && plane_.z() > 0;
-  for (auto& s : samples_) s.inverse_depth -= plane_.dot(s.ray.homogeneous());
+  std::vector<double> residuals;
+  for (auto& s : samples_) {
+    s.inverse_depth -= plane_.dot(s.ray.homogeneous());
+    residuals.push_back(std::abs(s.inverse_depth));
+  }
+  relief_ = 4.5 * median(std::move(residuals));  // three times a robust standard deviation
 }
 
 DepthPrior::Guess DepthPrior::at(const Eigen::Vector2d& ray) const {
@@ -74,8 +81,11 @@ DepthPrior::Guess DepthPrior::at(const Eigen::Vector2d& ray) const {
   const double local = 0.5 * (residuals[2] + residuals[3]);
   const double on_plane = std::max(plane_.dot(ray.homogeneous()), 0.2 * plane_.z());
   const double guess = std::clamp(on_plane + local, 0.3 * on_plane, 3 * on_plane);
-  const double scatter = residuals[4] - residuals[1];
-  return {guess, std::clamp(2 * scatter, kMinSpread * guess, kMaxSpread * guess)};
+  const double local_spread = 2 * (residuals[4] - residuals[1]);
+  const double distance = std::sqrt(near[2].first);
+  const double strange = std::clamp((distance - kNear) / (kFar - kNear), 0.0, 1.0);
+  const double spread = std::max(local_spread, strange * (relief_ + kMinSpread * guess));
+  return {guess, std::clamp(spread, kMinSpread * guess, kMaxSpread * guess)};
 }
 
 Eigen::Vector3d DepthPrior::normal() const {

@@ -34,6 +34,7 @@ class DepthPrior {
  private:
   std::vector<DepthSample> samples_;  ///< inverse_depth replaced by its residual to the plane
   Eigen::Vector3d plane_ = Eigen::Vector3d::Zero();  ///< inverse depth = plane . (x, y, 1)
+  double relief_ = 0;                                ///< bound of the residuals to the plane
   bool known_ = false;
 };
 

@@ -11,11 +11,17 @@ namespace {
 
 constexpr int kDescribedSide = 1100;  // px: larger images are described at half size
 
+constexpr int kLevels = 3;
+constexpr float kLevelScale = 1.3F;  // altitude changes little between images that overlap
+constexpr int kDescriptorSide = 31;  // px at the corner's level
+constexpr int kBorder = 19;          // px a described corner keeps from the border of its level
+
 // The strongest corners of every cell, so that a bright patch does not take them all.
 std::vector<cv::KeyPoint> spread(std::vector<cv::KeyPoint> corners, cv::Size size, int wanted) {
+  constexpr int kPerCell = 4;
   std::stable_sort(corners.begin(), corners.end(),
                    [](const auto& a, const auto& b) { return a.response > b.response; });
-  const double cell = std::max(8.0, std::sqrt(size.area() * 6.0 / wanted));  // 6 corners a cell
+  const double cell = std::max(8.0, std::sqrt(size.area() * (kPerCell - 1.0) / wanted));
   const int columns = static_cast<int>(size.width / cell) + 1;
   const int rows = static_cast<int>(size.height / cell) + 1;
   std::vector<int> taken(static_cast<std::size_t>(columns * rows), 0);
@@ -23,10 +29,53 @@ std::vector<cv::KeyPoint> spread(std::vector<cv::KeyPoint> corners, cv::Size siz
   for (const auto& corner : corners) {
     const int index =
         static_cast<int>(corner.pt.y / cell) * columns + static_cast<int>(corner.pt.x / cell);
-    if (taken[static_cast<std::size_t>(index)]++ < 8) kept.push_back(corner);
+    if (taken[static_cast<std::size_t>(index)]++ < kPerCell) kept.push_back(corner);
     if (static_cast<int>(kept.size()) == wanted) break;
   }
   return kept;
+}
+
+// Direction from the corner to the centroid of the grey levels around it, degrees (ORB).
+float direction(const cv::Mat& image, const cv::Point2f& at) {
+  constexpr int kRadius = kDescriptorSide / 2;
+  const int x0 = cvRound(at.x), y0 = cvRound(at.y);
+  int along_x = 0, along_y = 0;
+  for (int y = -kRadius; y <= kRadius; ++y) {
+    const std::uint8_t* row = image.ptr(y0 + y) + x0;
+    const int reach = cvFloor(std::sqrt(static_cast<float>(kRadius * kRadius - y * y)));
+    int sum = 0;
+    for (int x = -reach; x <= reach; ++x) {
+      along_x += x * row[x];
+      sum += row[x];
+    }
+    along_y += y * sum;
+  }
+  return cv::fastAtan2(static_cast<float>(along_y), static_cast<float>(along_x));
+}
+
+// Corners of an image pyramid, in pixels of its first level.
+std::vector<cv::KeyPoint> detect_corners(const cv::Mat& image, int wanted, int threshold) {
+  std::vector<cv::KeyPoint> corners;
+  cv::Mat level = image;
+  float scale = 1;
+  for (int octave = 0; octave < kLevels; ++octave, scale *= kLevelScale) {
+    if (octave > 0) cv::resize(image, level, {}, 1 / scale, 1 / scale, cv::INTER_LINEAR);
+    if (std::min(level.cols, level.rows) <= 2 * kBorder + 1) break;
+    std::vector<cv::KeyPoint> found;
+    cv::FAST(level, found, threshold);
+    cv::KeyPointsFilter::runByImageBorder(found, level.size(), kBorder);
+    const auto share = static_cast<int>(static_cast<float>(wanted) / (scale * scale * 1.95F));
+    for (cv::KeyPoint& corner : spread(std::move(found), level.size(), std::max(share, 1))) {
+      corner.angle = direction(level, corner.pt);
+      corner.octave = octave;
+      corner.size = kDescriptorSide * scale;
+      corner.pt *= scale;
+      corners.push_back(corner);
+    }
+  }
+  std::stable_sort(corners.begin(), corners.end(),
+                   [](const auto& a, const auto& b) { return a.response > b.response; });
+  return corners;
 }
 
 cv::Mat equalised(const cv::Mat& grey, int divisor) {
@@ -42,13 +91,9 @@ Features detect_features(const cv::Mat& grey, const CameraModel& camera, int wan
                          int threshold) {
   const int divisor = std::max(grey.cols, grey.rows) > kDescribedSide ? 2 : 1;
   const cv::Mat image = equalised(grey, divisor);
-  const auto orb =
-      cv::ORB::create(wanted * 2, 1.2F, 5, 19, 0, 2, cv::ORB::HARRIS_SCORE, 31, threshold);
-  std::vector<cv::KeyPoint> corners;
-  orb->detect(image, corners);
-  corners = spread(std::move(corners), image.size(), wanted);
+  std::vector<cv::KeyPoint> corners = detect_corners(image, wanted, threshold);
   cv::Mat descriptors;
-  orb->compute(image, corners, descriptors);
+  cv::ORB::create(wanted, kLevelScale, kLevels, kBorder)->compute(image, corners, descriptors);
 
   Features features;
   features.descriptors.create(0, 32, CV_8U);

@@ -151,6 +151,7 @@ std::optional<Map> start_map(std::span<const std::shared_ptr<const View>> views,
   if (rig.right && !views[0]->frame->right.empty()) {
     Map map = map_of(views[0]);
     add_tie_points(map, config);
+    map.key_frame(0).depth = median_depth(map, map.last());
     consider(std::move(map), 1);
     return best;
   }

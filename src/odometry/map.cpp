@@ -16,6 +16,7 @@ constexpr int kMargin = Template::kRadius + 2;
 void move(Map& map, const Similarity3& to_from_map) {
   for (KeyFrame& key_frame : map.key_frames) {
     key_frame.camera_from_map = (to_from_map * key_frame.camera_from_map.inverse()).inverse();
+    key_frame.depth *= to_from_map.scale;
   }
   for (MapPoint& point : map.points) {
     point.x = to_from_map * point.x;
@@ -53,7 +54,7 @@ std::vector<Expected> expected_points(const Map& map, const Rigid3& camera_from_
   std::vector<char> known(map.points.size(), 0);
   std::vector<Expected> found;
   for (auto key_frame = map.key_frames.rbegin(); key_frame != map.key_frames.rend(); ++key_frame) {
-    const double reach = kReachInDepths * median_depth(map, *key_frame);
+    const double reach = kReachInDepths * key_frame->depth;
     if ((key_frame->camera_from_map.inverse().translation - centre).norm() > reach) continue;
     for (const int i : key_frame->points) {
       if (std::exchange(known[static_cast<std::size_t>(i)], 1) != 0) continue;

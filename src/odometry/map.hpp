@@ -41,6 +41,7 @@ struct KeyFrame {
   Features features;                 ///< kept longer than the view, to find recent ground again
   std::vector<int> points;           ///< seen in it
   double rms_px = 0;
+  double depth = 0;  ///< median of its tie points along the optical axis
 };
 
 struct Map {

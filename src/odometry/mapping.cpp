@@ -170,6 +170,7 @@ void add_key_frame(Map& map, std::shared_ptr<const View> view, const Resection& 
   key_frame.features = view->features;
   key_frame.view = std::move(view);
   key_frame.rms_px = resection.rms_px;
+  key_frame.depth = map.key_frames.empty() ? 0 : map.last().depth;
   map.key_frames.push_back(std::move(key_frame));
   const bool pair = map.rig->right && !map.last().view->frame->right.empty();
   for (const Seen& s : resection.seen) {
@@ -208,7 +209,9 @@ AdjustmentSummary adjust_window(Map& map, int window, int fixed) {
     int& index = image_of[static_cast<std::size_t>(key_frame)];
     if (index < 0) {
       index = static_cast<int>(a.images.size());
-      a.images.push_back({map.key_frame(key_frame).camera_from_map, key_frame < first_free});
+      // With one camera and only the first image held, the second holds the scale.
+      const bool scale = key_frame == 1 && first_free == 1 && !map.rig->right;
+      a.images.push_back({map.key_frame(key_frame).camera_from_map, key_frame < first_free, scale});
       images.push_back(key_frame);
     }
     return index;
@@ -261,7 +264,9 @@ AdjustmentSummary adjust_window(Map& map, int window, int fixed) {
     if (rays < 2) give_up(map, points[i]);
   }
   for (std::size_t i = 0; i < a.images.size(); ++i) {
-    if (!a.images[i].fixed) map.key_frame(images[i]).rms_px = by_image[i].rms();
+    KeyFrame& key_frame = map.key_frame(images[i]);
+    key_frame.depth = median_depth(map, key_frame);
+    if (!a.images[i].fixed) key_frame.rms_px = by_image[i].rms();
   }
   return summary;
 }
@@ -269,9 +274,11 @@ AdjustmentSummary adjust_window(Map& map, int window, int fixed) {
 void retire(Map& map, const Config& config) {
   const int count = static_cast<int>(map.key_frames.size());
   const int view_end = count - config.window;
-  if (view_end > 0) map.key_frame(view_end - 1).view.reset();
+  for (int k = view_end - 1; k >= 0 && map.key_frame(k).view; --k) map.key_frame(k).view.reset();
   const int feature_end = count - std::max(config.window, config.relocalise_key_frames);
-  if (feature_end > 0) map.key_frame(feature_end - 1).features = {};
+  for (int k = feature_end - 1; k >= 0 && map.key_frame(k).features.size() > 0; --k) {
+    map.key_frame(k).features = {};
+  }
 }
 
 ImagePose pose_of(const Map& map, const KeyFrame& k) {

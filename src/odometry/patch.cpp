@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "patch.hpp"
 
+#include <Eigen/Cholesky>
 #include <Eigen/Eigenvalues>
 #include <Eigen/LU>
 #include <algorithm>
@@ -17,6 +18,9 @@ constexpr float kMinTexture = 0.02F;   // smaller eigenvalue of the normalised s
 constexpr double kMaxScale2 = 2.6;     // of areas, between two images of one tie point
 constexpr int kIterations = 12;
 constexpr double kConverged = 0.01;  // px
+constexpr double kAlike = 0.98;      // correlation that needs no change of shape
+constexpr double kUnlike = 0.5;      // correlation from which no change of shape leads back
+constexpr float kMaxStrain = 0.45F;  // of the template's shape
 constexpr double kMaxDrift = 3.0;    // px from the start
 
 float sample(const Patch& patch, double x, double y) {
@@ -55,6 +59,90 @@ bool normalised_window(const cv::Mat& grey, const Vector2d& pixel, Template::Val
   if (!(norm > 1.0F)) return false;
   window /= norm;
   return true;
+}
+
+std::optional<Sight> refine_shift(const Template& wanted, const cv::Mat& grey,
+                                  const Vector2d& start) {
+  Vector2d pixel = start;
+  Template::Values window;
+  for (int i = 0; i < kIterations; ++i) {
+    if (!(pixel - start).allFinite() || (pixel - start).norm() > kMaxDrift) return std::nullopt;
+    if (!inside(grey, static_cast<int>(pixel.x()), static_cast<int>(pixel.y()),
+                Template::kRadius + 1))
+      return std::nullopt;
+    if (!normalised_window(grey, pixel, window)) return std::nullopt;
+    const Vector2f step =
+        wanted.inverse_normal * (wanted.gradient.transpose() * (wanted.value - window));
+    if (step.norm() < kConverged) {
+      return Sight{pixel + step.cast<double>(), wanted.value.dot(window)};
+    }
+    pixel += step.cast<double>();
+  }
+  return std::nullopt;
+}
+
+// Grey levels at pixel + shape * offset, zero mean and unit norm; false outside or without
+// contrast.
+bool normalised_window(const cv::Mat& grey, const Vector2f& pixel, const Eigen::Matrix2f& shape,
+                       Template::Values& window) {
+  const Vector2f reach = Template::kRadius * shape.cwiseAbs().rowwise().sum();
+  if (!(pixel.x() > reach.x() + 1 && pixel.y() > reach.y() + 1 &&
+        pixel.x() < static_cast<float>(grey.cols - 2) - reach.x() &&
+        pixel.y() < static_cast<float>(grey.rows - 2) - reach.y()))
+    return false;
+  int i = 0;
+  for (int dy = -Template::kRadius; dy <= Template::kRadius; ++dy) {
+    for (int dx = -Template::kRadius; dx <= Template::kRadius; ++dx, ++i) {
+      const Vector2f at = pixel + shape * Vector2f(static_cast<float>(dx), static_cast<float>(dy));
+      const int column = static_cast<int>(at.x()), row = static_cast<int>(at.y());
+      const float a = at.x() - static_cast<float>(column), b = at.y() - static_cast<float>(row);
+      const std::uint8_t* upper = grey.ptr(row) + column;
+      const std::uint8_t* lower = grey.ptr(row + 1) + column;
+      window[i] =
+          (1 - b) * ((1 - a) * static_cast<float>(upper[0]) + a * static_cast<float>(upper[1])) +
+          b * ((1 - a) * static_cast<float>(lower[0]) + a * static_cast<float>(lower[1]));
+    }
+  }
+  window.array() -= window.mean();
+  const float norm = window.norm();
+  if (!(norm > 1.0F)) return false;
+  window /= norm;
+  return true;
+}
+
+// Six parameters: shift and shape.
+std::optional<Sight> refine_shape(const Template& wanted, const cv::Mat& grey,
+                                  const Vector2d& start) {
+  using Vector6f = Eigen::Matrix<float, 6, 1>;
+  Eigen::Matrix<float, Template::kArea, 6> design;
+  for (int i = 0; i < Template::kArea; ++i) {
+    const auto dx = static_cast<float>(i % Template::kSide - Template::kRadius);
+    const auto dy = static_cast<float>(i / Template::kSide - Template::kRadius);
+    const float gx = wanted.gradient(i, 0), gy = wanted.gradient(i, 1);
+    design.row(i) << gx, gy, gx * dx, gx * dy, gy * dx, gy * dy;
+  }
+  design.rowwise() -= design.colwise().mean().eval();
+  design -= wanted.value * (wanted.value.transpose() * design).eval();
+  Eigen::Matrix<float, 6, 6> normal = design.transpose() * design;
+  normal.diagonal() *= 1.001F;
+  const Eigen::LLT<Eigen::Matrix<float, 6, 6>> solver(normal);
+  if (solver.info() != Eigen::Success) return std::nullopt;
+  Vector2f pixel = start.cast<float>();
+  Eigen::Matrix2f shape = Eigen::Matrix2f::Identity();
+  Template::Values window;
+  for (int i = 0; i < kIterations; ++i) {
+    if (!((pixel.cast<double>() - start).norm() < kMaxDrift)) return std::nullopt;
+    if (!((shape - Eigen::Matrix2f::Identity()).cwiseAbs().maxCoeff() < kMaxStrain))
+      return std::nullopt;
+    if (!normalised_window(grey, pixel, shape, window)) return std::nullopt;
+    const Vector6f step = solver.solve(design.transpose() * (wanted.value - window));
+    if (step.head<2>().norm() < kConverged && step.tail<4>().norm() < 0.01F) {
+      return Sight{(pixel + step.head<2>()).cast<double>(), wanted.value.dot(window)};
+    }
+    pixel += step.head<2>();
+    shape += Eigen::Matrix2f{{step[2], step[3]}, {step[4], step[5]}};
+  }
+  return std::nullopt;
 }
 
 }  // namespace
@@ -138,22 +226,11 @@ Sight search(const Template& wanted, const cv::Mat& grey, const Vector2d& start,
 }
 
 std::optional<Sight> refine(const Template& wanted, const cv::Mat& grey, const Vector2d& start) {
-  Vector2d pixel = start;
-  Template::Values window;
-  for (int i = 0; i < kIterations; ++i) {
-    if (!(pixel - start).allFinite() || (pixel - start).norm() > kMaxDrift) return std::nullopt;
-    if (!inside(grey, static_cast<int>(pixel.x()), static_cast<int>(pixel.y()),
-                Template::kRadius + 1))
-      return std::nullopt;
-    if (!normalised_window(grey, pixel, window)) return std::nullopt;
-    const Vector2f step =
-        wanted.inverse_normal * (wanted.gradient.transpose() * (wanted.value - window));
-    if (step.norm() < kConverged) {
-      return Sight{pixel + step.cast<double>(), wanted.value.dot(window)};
-    }
-    pixel += step.cast<double>();
-  }
-  return std::nullopt;
+  const auto shifted = refine_shift(wanted, grey, start);
+  if (shifted && (shifted->correlation > kAlike || shifted->correlation < kUnlike)) return shifted;
+  const auto reshaped = refine_shape(wanted, grey, shifted ? shifted->pixel : start);
+  return reshaped && (!shifted || reshaped->correlation > shifted->correlation) ? reshaped
+                                                                                : shifted;
 }
 
 }  // namespace nadir::odometry

@@ -47,8 +47,9 @@ float correlation(const Template& wanted, const cv::Mat& grey, int x, int y);
 /// Best whole pixel within `radius` of the start.
 Sight search(const Template& wanted, const cv::Mat& grey, const Eigen::Vector2d& start, int radius);
 
-/// Least squares from a start within about 2 px; none when it does not converge or leaves the
-/// image.
+/// Least squares matching from a start within about 2 px: shifted, and where that leaves a
+/// difference also sheared and scaled, as relief and tilt ask for. None when it does not converge
+/// or leaves the image.
 std::optional<Sight> refine(const Template& wanted, const cv::Mat& grey,
                             const Eigen::Vector2d& start);
 

@@ -94,7 +94,7 @@ Rigid3 improve(const Rigid3& motion, const Rays& first, const Rays& second,
                const CameraModel& camera, double sigma) {
   Intersections near = intersect(motion, first, second, 10 * sigma);
   Adjustment a;
-  a.images = {{{}, true}, {motion, false}};
+  a.images = {{{}, true, false}, {motion, false, true}};
   const std::size_t step = 1 + near.indices.size() / kAdjustedPoints;
   for (std::size_t k = 0; k < near.indices.size(); k += step) {
     const auto i = static_cast<std::size_t>(near.indices[k]);

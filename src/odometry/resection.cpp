@@ -20,8 +20,11 @@ namespace {
 using Eigen::Vector2d, Eigen::Vector3d;
 
 constexpr int kMinFeatures = 60;
-constexpr int kMinCoarse = 12;          // points of a rough pose
-constexpr int kSureCoarse = 25;         // no further attempt is made above
+constexpr int kMinCoarse = 12;     // points of a rough pose
+constexpr int kSureCoarse = 25;    // corners that make a relative orientation worth a try
+constexpr int kMinLengths = 6;     // points that agree on the distance between two images
+constexpr int kSureRelative = 40;  // corners that make fewer tie points enough
+constexpr int kMinTiePointsOfRelative = 8;
 constexpr int kMinTiePoints = 20;       // sub-pixel, of an accepted pose
 constexpr double kMinShareSeen = 0.15;  // of the expected ones
 constexpr double kCoarseTolerance_px = 4.0;
@@ -33,6 +36,7 @@ double focal(const CameraModel& camera) { return 0.5 * (camera.fx + camera.fy); 
 struct Rough {
   Rigid3 camera_from_map;
   int inliers = 0;
+  int corners = 0;  ///< that agree on the relative orientation to a key frame
 };
 
 Rough resect_points(const std::vector<Vector3d>& points, const Rays& rays,
@@ -122,26 +126,60 @@ Rough by_descriptors(const Map& map, const View& view, std::span<const int> refe
   return resect_pairs(map, points, pairs, view);
 }
 
+// The distance between two cameras of known relative orientation from points of known depth in the
+// first: median of each point's own answer, with the number of points that agree within a fifth.
+std::pair<double, int> length_of(const Rigid3& direction, const std::vector<Vector3d>& x_in_first,
+                                 const Rays& second) {
+  std::vector<double> lengths;
+  for (std::size_t i = 0; i < x_in_first.size(); ++i) {
+    const Vector3d ray = second[i].homogeneous();
+    const Vector3d across = direction.translation.cross(ray);
+    const double length =
+        -(direction.rotation * x_in_first[i]).cross(ray).dot(across) / across.squaredNorm();
+    if (std::isfinite(length) && length > 0) lengths.push_back(length);
+  }
+  if (lengths.empty()) return {0, 0};
+  std::sort(lengths.begin(), lengths.end());
+  const double length = lengths[lengths.size() / 2];
+  const auto agree = std::count_if(lengths.begin(), lengths.end(),
+                                   [&](double l) { return std::abs(l - length) < 0.2 * length; });
+  return {length, static_cast<int>(agree)};
+}
+
 // All corners of a reference key frame give the relative orientation; its tie points the length.
-Rough by_relative_orientation(const Map& map, const View& view, const KeyFrame& reference) {
-  Rough best;
+std::vector<Rough> by_relative_orientation(const Map& map, const View& view,
+                                           const KeyFrame& reference) {
+  constexpr double kNear_px = 30;
+  std::vector<Rough> found;
   const auto matched = correspond(reference.features, view.features, view.camera());
-  if (static_cast<int>(matched.pairs.size()) < kMinCoarse) return best;
-  Rays first, second;
-  for (const auto& [i, k] : matched.pairs) {
-    first.push_back(reference.features.rays[static_cast<std::size_t>(i)]);
-    second.push_back(view.features.rays[static_cast<std::size_t>(k)]);
+  if (static_cast<int>(matched.pairs.size()) < kSureCoarse) return found;
+  std::vector<Vector2d> tie_points;
+  for (const int i : reference.points) {
+    tie_points.push_back((reference.camera_from_map * map.point(i).x).hnormalized());
   }
   const DepthPrior prior = depth_prior(map, reference);
-  if (!prior.known()) return best;
-  // Depths of the neighbourhood stand in where a corner is no tie point itself.
-  std::vector<Vector3d> x;
-  for (const auto& ray : first) {
-    x.push_back(reference.camera_from_map.inverse() *
-                (ray.homogeneous() / prior.at(ray).inverse_depth));
+  Rays first, second, second_of_known;
+  std::vector<Vector3d> known;
+  for (const auto& [i, k] : matched.pairs) {
+    const Vector2d& ray = reference.features.rays[static_cast<std::size_t>(i)];
+    first.push_back(ray);
+    second.push_back(view.features.rays[static_cast<std::size_t>(k)]);
+    const bool near = std::any_of(tie_points.begin(), tie_points.end(), [&](const Vector2d& t) {
+      return (t - ray).norm() * focal(view.camera()) < kNear_px;
+    });
+    if (!near || !prior.known()) continue;
+    known.emplace_back(ray.homogeneous() / prior.at(ray).inverse_depth);
+    second_of_known.push_back(second.back());
   }
-  best = resect_points(x, second, view.camera());
-  return best;
+  const double sigma = corner_sigma(view.camera());
+  for (const auto& o : relative_orientations(first, second, view.camera(), sigma)) {
+    const auto [length, agree] = length_of(o.second_from_first, known, second_of_known);
+    if (agree < kMinLengths) continue;
+    Rigid3 step = o.second_from_first;
+    step.translation *= length;
+    found.push_back({step * reference.camera_from_map, o.inliers, o.inliers});
+  }
+  return found;
 }
 
 Adjustment pose_only(const Map& map, const Rigid3& start, const std::vector<Seen>& seen) {
@@ -166,7 +204,7 @@ std::optional<Resection> measure(const Map& map, const View& view, const Rigid3&
     const auto ray = view.camera().unproject(found->pixel);
     if (ray) result.seen.push_back({e.point, found->pixel, *ray});
   }
-  if (static_cast<int>(result.seen.size()) < kMinCoarse) return std::nullopt;
+  if (static_cast<int>(result.seen.size()) < kMinTiePointsOfRelative) return std::nullopt;
   Adjustment a = pose_only(map, rough, result.seen);
   const auto summary = adjust(a, *map.rig, {1.0, 15});
   if (!summary.usable) return std::nullopt;
@@ -180,8 +218,9 @@ std::optional<Resection> measure(const Map& map, const View& view, const Rigid3&
   return result;
 }
 
-bool acceptable(const Resection& r) {
-  return static_cast<int>(r.seen.size()) >= kMinTiePoints &&
+bool acceptable(const Resection& r, int corners) {
+  const int wanted = corners >= kSureRelative ? kMinTiePointsOfRelative : kMinTiePoints;
+  return static_cast<int>(r.seen.size()) >= wanted &&
          static_cast<double>(r.seen.size()) >= kMinShareSeen * r.expected;
 }
 
@@ -191,7 +230,7 @@ std::optional<Resection> sharpen(const Map& map, const View& view, const Rough& 
   auto result = measure(map, view, rough.camera_from_map, 6, config);
   if (!result) return result;
   auto again = measure(map, view, result->camera_from_map, 2, config);
-  return again && acceptable(*again) ? again : std::nullopt;
+  return again && acceptable(*again, rough.corners) ? again : std::nullopt;
 }
 
 }  // namespace
@@ -261,7 +300,9 @@ ResectionResult resect(const Map& map, const View& view, std::optional<Rigid3> p
   if (predicted && attempt(by_prediction(map, view, *predicted))) return result;
   if (attempt(by_descriptors(map, view, references))) return result;
   for (const int k : references) {
-    if (attempt(by_relative_orientation(map, view, map.key_frame(k)))) return result;
+    for (const Rough& rough : by_relative_orientation(map, view, map.key_frame(k))) {
+      if (attempt(rough)) return result;
+    }
   }
   result.reason =
       best.inliers >= kMinCoarse ? LossReason::too_few_matches : LossReason::too_large_motion;

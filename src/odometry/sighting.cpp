@@ -13,7 +13,8 @@ namespace {
 using Eigen::Matrix2d, Eigen::Vector2d, Eigen::Vector3d;
 
 constexpr double kMinCorrelation = 0.80;
-constexpr double kMinEpipolarCorrelation = 0.85;  // no pose speaks for the place along the line
+constexpr double kSure = 0.92;                    // no search around the expected place is needed
+constexpr double kMinEpipolarCorrelation = 0.80;  // no pose speaks for the place along the line
 constexpr double kAmbiguous = 0.93;               // of the best correlation
 constexpr int kMaxSteps = 800;
 
@@ -53,6 +54,8 @@ std::optional<Sight> sight(const Map& map, const MapPoint& point, const Looking&
   if (!start) return std::nullopt;
   const auto wanted = warp_patch(point.patch, *affine);
   if (!wanted) return std::nullopt;
+  const auto near = refine(*wanted, image.grey, *start);
+  if (near && near->correlation > kSure) return near;
   const Sight coarse = search(*wanted, image.grey, *start, radius);
   if (coarse.correlation < kMinCorrelation - 0.2) return std::nullopt;
   auto fine = refine(*wanted, image.grey, coarse.pixel);

@@ -16,7 +16,8 @@ namespace {
 
 using Views = std::vector<std::shared_ptr<const View>>;
 
-constexpr std::size_t kMaxWaiting = 24;  // images kept while a map is being started
+constexpr std::size_t kMaxFollowers = 200;  // hovering must not gather them for ever
+constexpr std::size_t kMaxWaiting = 32;     // images kept while a map is being started
 
 // An image oriented between two key frames: it follows its key frame when that is adjusted.
 struct Follower {
@@ -293,7 +294,13 @@ void VisualOdometry::State::accept(const std::shared_ptr<const View>& view,
   if (new_ground) {
     add_key_frame(*map, view, resection);
     add_tie_points(*map, config);
-    const auto summary = adjust_window(*map, config.window, map->rig->right ? 1 : 2);
+    const int fixed = map->rig->right ? 1 : 2;
+    auto summary = adjust_window(*map, config.window, fixed);
+    if (static_cast<int>(resection.seen.size()) < config.tie_points / 4) {
+      // Few tie points gave a pose too rough to find many new ones; now it is better.
+      add_tie_points(*map, config);
+      summary = adjust_window(*map, config.window, fixed);
+    }
     const std::size_t n = map->key_frames.size();
     for (std::size_t k = n - std::min(n, static_cast<std::size_t>(config.window)); k < n; ++k) {
       out.poses.push_back(pose_of(*map, map->key_frames[k]));
@@ -320,6 +327,7 @@ void VisualOdometry::State::accept(const std::shared_ptr<const View>& view,
     out.poses.push_back(image_pose);
     followers.push_back({image_pose, static_cast<int>(map->key_frames.size()) - 1,
                          pose * map->last().camera_from_map.inverse()});
+    if (followers.size() > kMaxFollowers) followers.erase(followers.begin());
   }
   track.push_back({view->frame->time, pose});
   if (track.size() > 2) track.erase(track.begin());

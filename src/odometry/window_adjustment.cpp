@@ -15,6 +15,10 @@ using Pose = std::array<double, 7>;  // quaternion x y z w, translation; camera_
 using PoseManifold =
     ceres::ProductManifold<ceres::EigenQuaternionManifold, ceres::EuclideanManifold<3>>;
 
+// Seen from the map's origin, the camera stays as far away as it was.
+using DistantPoseManifold =
+    ceres::ProductManifold<ceres::EigenQuaternionManifold, ceres::SphereManifold<3>>;
+
 double mean_focal(const CameraModel& camera) { return 0.5 * (camera.fx + camera.fy); }
 
 Matrix3d cross_matrix(const Vector3d& v) {
@@ -130,6 +134,7 @@ AdjustmentSummary adjust(Adjustment& a, const CameraRig& rig, const AdjustmentOp
   for (const auto& point : a.points) points.push_back(point.x_in_map);
 
   PoseManifold manifold;
+  DistantPoseManifold distant_manifold;
   ceres::CauchyLoss loss(options.robust_px);
   ceres::Problem::Options ownership;
   ownership.manifold_ownership = ceres::DO_NOT_TAKE_OWNERSHIP;
@@ -146,7 +151,11 @@ AdjustmentSummary adjust(Adjustment& a, const CameraRig& rig, const AdjustmentOp
   bool points_free = false;
   for (std::size_t i = 0; i < poses.size(); ++i) {
     if (!problem.HasParameterBlock(poses[i].data())) continue;
-    problem.SetManifold(poses[i].data(), &manifold);
+    if (a.images[i].distance_fixed) {
+      problem.SetManifold(poses[i].data(), &distant_manifold);
+    } else {
+      problem.SetManifold(poses[i].data(), &manifold);
+    }
     if (a.images[i].fixed) problem.SetParameterBlockConstant(poses[i].data());
   }
   for (std::size_t i = 0; i < points.size(); ++i) {

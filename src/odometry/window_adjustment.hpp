@@ -16,6 +16,7 @@ struct Adjustment {
   struct Image {
     Rigid3 camera_from_map;
     bool fixed = false;
+    bool distance_fixed = false;  ///< keeps the length of its translation: the scale of a pair
   };
   struct Point {
     Eigen::Vector3d x_in_map;

@@ -23,7 +23,6 @@ struct Config {
   int features = 1500;            ///< corners described per image
   int tie_points = 400;           ///< wanted per key frame
   double key_frame_shift = 0.10;  ///< image motion that makes a key frame, of the shorter side
-  double sigma_px = 0.3;          ///< of a tie point's image coordinates
   double min_parallax_deg = 1.2;  ///< intersection angle a new tie point needs
   int relocalise_key_frames = 6;  ///< recent key frames searched after a loss
   OnLost on_lost = OnLost::submap;
