@@ -38,6 +38,8 @@ std::uint32_t checksum(std::uint32_t size, RecordType type, std::uint64_t sequen
   covered(size, type, sequence);
   const Bytes head = covered.take();
   const uLong crc = crc32_z(0, head.data(), head.size());
+  // zlib takes a null pointer, which an empty payload may have, as a wish to begin anew.
+  if (payload.empty()) return static_cast<std::uint32_t>(crc);
   return static_cast<std::uint32_t>(crc32_z(crc, payload.data(), payload.size()));
 }
 

@@ -24,6 +24,7 @@ path temporary_name(const path& name) {
 }  // namespace
 
 void Stamp::add(ByteView bytes) {
+  if (bytes.empty()) return;  // may be a null pointer, with which zlib begins anew
   size += bytes.size();
   crc32 = static_cast<std::uint32_t>(::crc32_z(crc32, bytes.data(), bytes.size()));
 }

@@ -246,7 +246,7 @@ class PowerCut : public testing::Test {
 TEST_F(PowerCut, AtAnyInstantLosesNothingThatWasAcknowledged) {
   QuickDisk disk;
   const path crashed = scratch_ / "crashed";
-  const std::size_t states = for_each_crash(history_, 1, [&](const Files& files, std::size_t end) {
+  const std::size_t states = for_each_crash(history_, 2, [&](const Files& files, std::size_t end) {
     lay_out(files, crashed);
     const int acknowledged = acknowledged_at(end);
     try {
