@@ -103,8 +103,6 @@ std::vector<Setting> make_settings() {
               "wanted per key frame"),
       setting("odometry.key_frame_shift", &Config::odometry, &odometry::Config::key_frame_shift,
               "image motion that makes a key frame, of the shorter side"),
-      setting("odometry.sigma_px", &Config::odometry, &odometry::Config::sigma_px,
-              "of a tie point's image coordinates"),
       setting("odometry.min_parallax_deg", &Config::odometry, &odometry::Config::min_parallax_deg,
               "intersection angle a new tie point needs"),
       setting("odometry.relocalise_key_frames", &Config::odometry,

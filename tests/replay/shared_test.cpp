@@ -1,0 +1,248 @@
+// SPDX-FileCopyrightText: nadir contributors
+// SPDX-License-Identifier: Apache-2.0
+// The whole program on the rendered and real sequences, where they are at hand: what each must
+// reach with the defaults.
+#include <gtest/gtest.h>
+
+#include <iostream>
+#include <opencv2/imgproc.hpp>
+#include <set>
+
+#include "nadir/core/tile.hpp"
+#include "nadir/image_io/decode.hpp"
+#include "nadir/image_io/header.hpp"
+#include "support/dive_folder.hpp"
+
+namespace nadir {
+namespace {
+
+using namespace support;
+
+const fs::path kData = NADIR_SHARED_DATA;
+
+struct Dive {
+  fs::path survey, folder;
+  nlohmann::json json;
+};
+
+// None where the data are absent; a replay that fails is a failed test.
+std::optional<Dive> dive_of(const std::string& sequence) {
+  static std::map<std::string, Dive> made;
+  if (!fs::exists(kData / sequence)) {
+    std::cout << "not run: no data\n";
+    return std::nullopt;
+  }
+  Dive& dive = made[sequence];
+  if (!dive.folder.empty()) return dive;
+  const std::string name = fs::path(sequence).filename();
+  dive = {kData / sequence, fresh_folder(name), {}};
+  const fs::path log = fresh_folder(name + ".log");
+  const int status = run(std::string("'" NADIR_PROGRAM "' replay '") + dive.survey.string() +
+                             "' --out '" + dive.folder.string() + "'",
+                         log);
+  EXPECT_EQ(status, 0) << contents(log);
+  dive.json = dive_json(dive.folder);
+  return dive;
+}
+
+int longest_submap(const nlohmann::json& dive) {
+  int longest = 0;
+  for (const auto& submap : dive["submaps"]) {
+    longest =
+        std::max(longest, submap["last_image"].get<int>() - submap["first_image"].get<int>() + 1);
+  }
+  return longest;
+}
+
+Fit fit_of(const Dive& dive, bool free_scale) {
+  return fit(dive.folder / "trajectory.tum", dive.survey / "gt_poses_tum.txt", free_scale);
+}
+
+struct Rendered {
+  std::string name;
+  int least_oriented;
+  bool metric;
+  double rmse;  ///< metres, after rotation and translation, and scale unless metric
+  int least_windows;
+  double least_planes;  ///< share of the windows
+};
+
+class RenderedSequence : public testing::TestWithParam<Rendered> {};
+
+INSTANTIATE_TEST_SUITE_P(All, RenderedSequence,
+                         testing::Values(Rendered{"pool", 81, true, 0.02, 70, 0.95},
+                                         Rendered{"wreck", 40, true, 0.02, 20, 0},
+                                         Rendered{"transect", 159, false, 0.05, 20, 0.8},
+                                         Rendered{"reef", 99, false, 0.05, 20, 0}),
+                         [](const auto& tested) { return tested.param.name; });
+
+TEST_P(RenderedSequence, IsOrientedWholeAndExact) {
+  const Rendered& expected = GetParam();
+  const auto dive = dive_of("rendered/" + expected.name);
+  if (!dive) return;
+  const auto& counts = dive->json["counts"];
+  EXPECT_GE(counts["oriented"], expected.least_oriented);
+  EXPECT_EQ(dive->json["scale"]["source"], expected.metric ? "stereo" : "none");
+  EXPECT_LT(fit_of(*dive, !expected.metric).rmse, expected.rmse);
+  EXPECT_GE(counts["windows"], expected.least_windows);
+  EXPECT_GE(counts["planes"].get<double>(),
+            expected.least_planes * counts["windows"].get<double>());
+}
+
+TEST(FailureSequence, JumpIsNoticedAndBothSidesAreMapped) {
+  const auto dive = dive_of("rendered/failure_jump");
+  if (!dive) return;
+  EXPECT_EQ(dive->json["counts"]["oriented"], 40);
+  EXPECT_GE(dive->json["submaps"].size(), 2u);
+  const std::string alerts = contents(dive->folder / "alerts.jsonl");
+  EXPECT_NE(alerts.find("tracking_lost"), std::string::npos);
+}
+
+TEST(FailureSequence, BlindedImagesAreLostAndTheRestIsOriented) {
+  const auto dive = dive_of("rendered/failure_blank");
+  if (!dive) return;
+  EXPECT_GE(dive->json["counts"]["oriented"], 28);
+  EXPECT_LE(dive->json["counts"]["oriented"], 28);
+}
+
+TEST(FailureSequence, ReturnIsOrientedWhole) {
+  const auto dive = dive_of("rendered/failure_return");
+  if (!dive) return;
+  EXPECT_EQ(dive->json["counts"]["oriented"], 60);
+}
+
+struct Real {
+  std::string name;
+  int least_oriented;
+  bool one_map;
+};
+
+class RealSequence : public testing::TestWithParam<Real> {};
+
+INSTANTIATE_TEST_SUITE_P(
+    All, RealSequence,
+    testing::Values(Real{"seabed-strip-1", 8, true}, Real{"seabed-strip-3", 8, true},
+                    Real{"seabed-strip-5", 8, true}, Real{"seabed-strip-7", 8, true},
+                    Real{"seabed-strip-9", 8, true}, Real{"wreck-jason", 60, false},
+                    Real{"amphora-20fps", 75, false}, Real{"cave-sparus", 20, false},
+                    Real{"beach-aerial", 20, false}),
+    [](const auto& tested) {
+      std::string name = tested.param.name;
+      std::replace(name.begin(), name.end(), '-', '_');
+      return name;
+    });
+
+TEST_P(RealSequence, IsOriented) {
+  const auto dive = dive_of("real/" + GetParam().name);
+  if (!dive) return;
+  EXPECT_GE(dive->json["counts"]["oriented"], GetParam().least_oriented);
+  if (GetParam().one_map) {
+    EXPECT_EQ(longest_submap(dive->json), 8);
+  }
+}
+
+TEST(OpenWater, RaisesTheAlertAndMakesNoMap) {
+  const auto dive = dive_of("real/open-water");
+  if (!dive) return;
+  EXPECT_EQ(dive->json["counts"]["oriented"], 0);
+  EXPECT_EQ(dive->json["submaps"].size(), 0u);
+  EXPECT_FALSE(contents(dive->folder / "alerts.jsonl").empty());
+}
+
+// --- the pool's targets through the world files
+// -----------------------------------------------------------------
+
+std::vector<std::vector<std::string>> rows(const fs::path& file) {
+  std::vector<std::vector<std::string>> all;
+  std::ifstream stream(file);
+  for (std::string line; std::getline(stream, line);) {
+    std::istringstream text(line);
+    std::vector<std::string> fields;
+    for (std::string field; std::getline(text, field, ',');) fields.push_back(field);
+    all.push_back(fields);
+  }
+  return all;
+}
+
+WorldFile world_file(const fs::path& file) {
+  WorldFile world;
+  std::istringstream(contents(file)) >> world.a >> world.d >> world.b >> world.e >> world.c >>
+      world.f;
+  return world;
+}
+
+cv::Mat grey_png(const fs::path& file) {
+  const std::string bytes = contents(file);
+  const std::span<const std::uint8_t> span(reinterpret_cast<const std::uint8_t*>(bytes.data()),
+                                           bytes.size());
+  const auto header = image_io::read_header(span).header;
+  if (!header) return {};
+  return image_io::decode(span, header->width, header->height, 1, image_io::Colour::grey).image;
+}
+
+// Centre of the white disc nearest to a place, on the raster; none where the image ends.
+std::optional<Eigen::Vector2d> disc_near(const cv::Mat& grey, const Eigen::Vector2d& place,
+                                         int reach) {
+  const cv::Rect around(static_cast<int>(std::lround(place.x())) - reach,
+                        static_cast<int>(std::lround(place.y())) - reach, 2 * reach + 1,
+                        2 * reach + 1);
+  if ((around & cv::Rect({0, 0}, grey.size())) != around) return std::nullopt;
+  cv::Mat white, labels, statistics, centres;
+  double least = 0, most = 0;
+  cv::minMaxLoc(grey(around), &least, &most);
+  if (least == 0) return std::nullopt;  // beyond the image's edge
+  cv::threshold(grey(around), white, (least + most) / 2, 255, cv::THRESH_BINARY);
+  cv::connectedComponentsWithStats(white, labels, statistics, centres, 4);
+  const int disc = labels.at<int>(reach, reach);
+  if (disc == 0) return std::nullopt;
+  return Eigen::Vector2d(around.x + centres.at<double>(disc, 0),
+                         around.y + centres.at<double>(disc, 1));
+}
+
+Eigen::Matrix4d survey_from_truth(const Dive& dive) {
+  const auto estimated = positions(dive.folder / "trajectory.tum"),
+             exact = positions(dive.survey / "gt_poses_tum.txt");
+  Eigen::Matrix3Xd from(3, estimated.size()), to(3, estimated.size());
+  Eigen::Index i = 0;
+  for (const auto& [time, x] : estimated) {
+    from.col(i) = exact.at(time);
+    to.col(i++) = x;
+  }
+  return Eigen::umeyama(from, to, false);
+}
+
+// The strip is nearly straight, so a rigid alignment of the positions alone leaves the roll about
+// it free within the noise: over the strip's half width of 1 m that is the largest part of the 2
+// cm.
+TEST(PoolTargets, LieWithinTwoCentimetresThroughTheWorldFiles) {
+  const auto dive = dive_of("rendered/pool");
+  if (!dive) return;
+  const Eigen::Matrix4d alignment = survey_from_truth(*dive);
+  std::map<std::string, Eigen::Vector3d> targets;
+  for (const auto& row : rows(dive->survey / "gt_points.csv")) {
+    if (row.at(3) == "-3.188000")
+      targets[row[0]] = {std::stod(row[1]), std::stod(row[2]), std::stod(row[3])};
+  }
+  int found = 0;
+  double worst = 0;
+  for (const auto& row : rows(dive->survey / "gt_observations.csv")) {
+    const auto target = targets.find(row.at(2));
+    const fs::path image = dive->folder / "projected" / (row[0] + ".png");
+    if (row[1] != "left" || target == targets.end() || !fs::exists(image)) continue;
+    const WorldFile world = world_file(fs::path(image).replace_extension(".pgw"));
+    const Eigen::Vector3d expected = (alignment * target->second.homogeneous()).head<3>();
+    const Eigen::Vector2d place((expected.x() - world.c) / world.a,
+                                (expected.y() - world.f) / world.e);
+    const auto disc = disc_near(grey_png(image), place,
+                                static_cast<int>(0.03 / world.a));  // the disc's radius: 0.0224 m
+    if (!disc) continue;
+    ++found;
+    worst = std::max(worst, (world(disc->x(), disc->y()) - expected.head<2>()).norm());
+  }
+  EXPECT_GE(found, 20);
+  EXPECT_LT(worst, 0.02);
+  std::cout << found << " sightings, at most " << 100 * worst << " cm off\n";
+}
+
+}  // namespace
+}  // namespace nadir
