@@ -2,7 +2,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <cstdio>
 #include <exception>
-#include <opencv2/core/utility.hpp>
 
 #include "verbs.hpp"
 
@@ -13,9 +12,6 @@ constexpr int kCouldNot = 1;
 }  // namespace
 
 int main(int argc, char** argv) {
-  // One thread per stage; more inside a stage would take cores from the others and change nothing
-  // else.
-  cv::setNumThreads(1);
   try {
     return std::visit([](const auto& command) { return nadir::app::run(command); },
                       nadir::app::parse_command_line(argc, argv));

@@ -6,6 +6,7 @@
 #include <charconv>
 #include <chrono>
 #include <cstdio>
+#include <opencv2/core/utility.hpp>
 
 #include "config_file.hpp"
 #include "graph.hpp"
@@ -105,6 +106,9 @@ int run(const Replay& replay) {
   if (replay.serve) set_address(*replay.serve, config.serve);
   config.check();
 
+  // One thread per stage; more inside a stage would take cores from the others and change nothing
+  // else.
+  cv::setNumThreads(1);
   Interrupt interrupt;
   const Clock::time_point begun = Clock::now();
   capture::FolderSource source(replay.folder, replay.calibration, config.capture);
