@@ -68,6 +68,7 @@ void describe_simulate(CLI::App& verb, Simulate& simulate) {
       ->check(CLI::Range(1, 100000));
   verb.add_flag("--stereo", simulate.stereo, "pairs instead of single images");
   verb.add_option("--seed", simulate.seed, "the same seed makes the same bytes")
+      ->check(CLI::NonNegativeNumber)
       ->capture_default_str();
 }
 
