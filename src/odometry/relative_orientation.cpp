@@ -149,7 +149,8 @@ std::vector<RelativeOrientation> relative_orientations(const Rays& first, const 
   const cv::Mat h =
       cv::findHomography(a, b, cv::USAC_MAGSAC, 6 * sigma, cv::noArray(), 1000, kConfidence);
   for (const Rigid3& start : candidates(e, h)) {
-    if (intersect(start, first, second, 10 * sigma).indices.size() * 2 < first.size()) continue;
+    const Intersections rough = intersect(start, first, second, 10 * sigma);
+    if (rough.indices.size() * 2 < first.size() || !(rough.parallax > kMinParallax)) continue;
     const Rigid3 motion = improve(start, first, second, camera, sigma);
     const Intersections seen = intersect(motion, first, second, 3 * sigma);
     const RelativeOrientation orientation{motion, static_cast<int>(seen.indices.size()),

@@ -6,12 +6,11 @@
 
 #include <span>
 
+#include "loss.hpp"
 #include "map.hpp"
 #include "nadir/odometry/visual_odometry.hpp"
 
 namespace nadir::odometry {
-
-enum class LossReason { blank_image, too_few_matches, too_large_motion };
 
 struct Seen {
   int point = 0;

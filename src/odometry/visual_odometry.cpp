@@ -7,6 +7,7 @@
 #include <string>
 
 #include "initialisation.hpp"
+#include "loss.hpp"
 #include "mapping.hpp"
 #include "nadir/core/check.hpp"
 #include "resection.hpp"
@@ -31,14 +32,6 @@ struct Moment {
   Rigid3 camera_from_map;
 };
 
-template <class Value>
-void require(bool holds, const char* key, Value value, const char* range) {
-  if (holds) return;
-  std::ostringstream message;
-  message << "odometry." << key << " = " << value << " is out of range: choose " << range;
-  throw InputError(message.str());
-}
-
 Health health_of(const View& view) {
   Health health;
   health.sharpness = view.sharpness;
@@ -56,40 +49,7 @@ void count(Health& health, const Resection& resection, const CameraModel& camera
   }
 }
 
-Alert loss_alert(const Frame& frame, LossReason reason) {
-  Alert alert{frame.time, frame.image, AlertKind::tracking_lost, {}, {}};
-  const std::string image = "image " + std::to_string(frame.image) + ": ";
-  switch (reason) {
-    case LossReason::blank_image:
-      alert.message = image + "nothing to see (blank image)";
-      alert.remedy = "check lamps and lens, let silt settle or go closer to the seabed";
-      break;
-    case LossReason::too_few_matches:
-      alert.message = image + "too few matches with the images before";
-      alert.remedy = "go back over the last good ground, slower and with more overlap";
-      break;
-    case LossReason::too_large_motion:
-      alert.message = image + "does not overlap the images before (too large a motion)";
-      alert.remedy = "go back to the last good view, then move on slower";
-      break;
-  }
-  return alert;
-}
-
 }  // namespace
-
-void Config::check() const {
-  require(initial_images >= 3 && initial_images <= 9, "initial_images", initial_images, "3 to 9");
-  require(window >= 3 && window <= 50, "window", window, "3 to 50");
-  require(features >= 200 && features <= 20000, "features", features, "200 to 20000");
-  require(tie_points >= 100 && tie_points <= 5000, "tie_points", tie_points, "100 to 5000");
-  require(key_frame_shift > 0 && key_frame_shift < 0.5, "key_frame_shift", key_frame_shift,
-          "more than 0, less than 0.5 of the shorter side");
-  require(min_parallax_deg > 0.1 && min_parallax_deg < 20, "min_parallax_deg", min_parallax_deg,
-          "0.1 to 20 degrees");
-  require(relocalise_key_frames >= 1 && relocalise_key_frames <= 100, "relocalise_key_frames",
-          relocalise_key_frames, "1 to 100");
-}
 
 /// The state machine of paper 3.2:
 ///

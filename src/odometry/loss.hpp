@@ -1,0 +1,14 @@
+// SPDX-FileCopyrightText: nadir contributors
+// SPDX-License-Identifier: Apache-2.0
+// Why an image has no pose, in words a diver understands.
+#pragma once
+
+#include "nadir/core/frame.hpp"
+
+namespace nadir::odometry {
+
+enum class LossReason { blank_image, too_few_matches, too_large_motion };
+
+Alert loss_alert(const Frame& frame, LossReason reason);
+
+}  // namespace nadir::odometry

@@ -1,0 +1,267 @@
+// SPDX-FileCopyrightText: nadir contributors
+// SPDX-License-Identifier: Apache-2.0
+#include "nadir/odometry/visual_odometry.hpp"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <map>
+#include <set>
+
+#include "nadir/core/check.hpp"
+#include "odometry/ground.hpp"
+
+namespace nadir::odometry {
+namespace {
+
+using Eigen::Vector3d;
+
+struct Dive {
+  std::map<std::uint64_t, ImagePose> poses;
+  std::multiset<std::uint64_t> lost;
+  std::vector<Alert> alerts;
+  std::vector<std::shared_ptr<const Window>> windows;
+  TrackingState state{};
+
+  void take(const Orientation& o) {
+    for (const ImagePose& p : o.poses) poses[p.image] = p;
+    lost.insert(o.lost.begin(), o.lost.end());
+    alerts.insert(alerts.end(), o.alerts.begin(), o.alerts.end());
+    if (o.window) windows.push_back(o.window);
+    state = o.state;
+  }
+  const Alert* alert(AlertKind kind) const {
+    const auto found = std::find_if(alerts.begin(), alerts.end(),
+                                    [kind](const Alert& a) { return a.kind == kind; });
+    return found == alerts.end() ? nullptr : &*found;
+  }
+};
+
+Dive dive(const std::vector<std::shared_ptr<const Shot>>& shots, Config config = {}) {
+  VisualOdometry odometry(config, [](const Window&, const auto&) { return SubmapPlacement{}; });
+  Dive result;
+  for (const auto& shot : shots) result.take(odometry.process(shot));
+  result.take(odometry.finish());
+  for (const auto& [image, pose] : result.poses) {
+    EXPECT_TRUE(pose.survey_from_camera.is_finite()) << image;
+    EXPECT_FALSE(result.lost.contains(image)) << image << " is both oriented and lost";
+  }
+  return result;
+}
+
+std::vector<Rigid3> swimming_path(int images, double step = 0.2) {
+  std::vector<Rigid3> path;
+  for (int i = 0; i < images; ++i) {
+    path.push_back(looking_down(step * i, 0.1 * std::sin(0.7 * i), 1 + 0.05 * std::cos(0.5 * i),
+                                0.15 * std::sin(0.4 * i), 0.03 * std::sin(1.1 * i)));
+  }
+  return path;
+}
+
+std::vector<std::shared_ptr<const Shot>> film(const CameraRig& rig, const std::vector<Rigid3>& path,
+                                              std::uint64_t first = 0) {
+  static const Ground ground;
+  const auto shared = std::make_shared<const CameraRig>(rig);
+  std::vector<std::shared_ptr<const Shot>> shots;
+  for (std::size_t i = 0; i < path.size(); ++i) {
+    shots.push_back(ground.shot(first + i, shared, path[i]));
+  }
+  return shots;
+}
+
+// Root mean square of the camera positions after the best similarity (scale free) or rigid motion.
+double position_rms(const Dive& dive, const std::vector<Rigid3>& path, bool scale_free) {
+  Eigen::Matrix3Xd found(3, static_cast<Eigen::Index>(dive.poses.size())), truth = found;
+  Eigen::Index k = 0;
+  for (const auto& [image, pose] : dive.poses) {
+    found.col(k) = pose.survey_from_camera.translation;
+    truth.col(k++) = path[image].translation;
+  }
+  const Eigen::Matrix4d t = Eigen::umeyama(found, truth, scale_free);
+  const Eigen::Matrix3Xd moved =
+      (t.topLeftCorner<3, 3>() * found).colwise() + t.topRightCorner<3, 1>().eval();
+  return std::sqrt((moved - truth).colwise().squaredNorm().mean());
+}
+
+std::vector<std::shared_ptr<const Shot>> even_images(int count, std::uint64_t first = 0) {
+  const auto rig = std::make_shared<const CameraRig>(small_rig());
+  std::vector<std::shared_ptr<const Shot>> shots;
+  for (int i = 0; i < count; ++i) {
+    shots.push_back(Ground::shot_of(first + static_cast<std::uint64_t>(i), rig,
+                                    cv::Mat(240, 320, CV_8U, cv::Scalar(90))));
+  }
+  return shots;
+}
+
+// One pixel is 3.3 mm on the ground; tie points good to 0.1 px leave about a millimetre.
+TEST(VisualOdometry, OrientsEverySparseImageOfAFlatSeabed) {
+  const auto path = swimming_path(14);
+  const Dive d = dive(film(small_rig(), path));
+  EXPECT_EQ(d.poses.size(), path.size());
+  EXPECT_TRUE(d.lost.empty());
+  EXPECT_EQ(d.state, TrackingState::tracking);
+  EXPECT_LT(position_rms(d, path, true), 0.004);
+}
+
+TEST(VisualOdometry, IsMetricWithAPair) {
+  const auto path = swimming_path(12);
+  const Dive d = dive(film(small_pair(), path));
+  EXPECT_EQ(d.poses.size(), path.size());
+  EXPECT_LT(position_rms(d, path, false), 0.006);
+}
+
+TEST(VisualOdometry, TurnsAboutTheOpticalAxis) {
+  std::vector<Rigid3> path;
+  for (int i = 0; i < 10; ++i) path.push_back(looking_down(0.18 * i, 0, 1, 0.5 * i));
+  const Dive d = dive(film(small_rig(), path));
+  EXPECT_EQ(d.poses.size(), path.size());
+  EXPECT_LT(position_rms(d, path, true), 0.004);
+}
+
+TEST(VisualOdometry, OrientsTheImagesBetweenTheKeyFramesOfAVideo) {
+  const auto path = swimming_path(40, 0.02);
+  const Dive d = dive(film(small_rig(), path));
+  EXPECT_EQ(d.poses.size(), path.size());
+  const auto key_frames = std::count_if(d.poses.begin(), d.poses.end(),
+                                        [](const auto& p) { return p.second.key_frame; });
+  EXPECT_LT(key_frames, 30);
+  EXPECT_GT(key_frames, 3);
+}
+
+TEST(VisualOdometry, PublishesAWindowOfTheLastKeyFramesWithColouredTiePoints) {
+  const Dive d = dive(film(small_rig(), swimming_path(8)));
+  ASSERT_FALSE(d.windows.empty());
+  const Window& last = *d.windows.back();
+  EXPECT_EQ(last.images.size(), 5U);
+  EXPECT_EQ(last.central->image, last.central_pose().image);
+  EXPECT_GT(last.tie_points.size(), 100U);
+  EXPECT_LT(last.rms_px, 0.5);
+  std::set<std::uint64_t> ids;
+  for (const TiePoint& t : last.tie_points) {
+    EXPECT_TRUE(t.x_in_survey.allFinite());
+    EXPECT_TRUE(ids.insert(t.id).second);
+    EXPECT_GE(t.images, 2U);
+  }
+}
+
+TEST(VisualOdometry, MovesTheMapWhereThePlacementPutsIt) {
+  const Vector3d there(100, 200, -30);
+  VisualOdometry odometry({}, [&](const Window& initial, const auto& frames) {
+    EXPECT_EQ(initial.images.size(), frames.size());
+    EXPECT_LT(initial.images.front().survey_from_camera.translation.norm(), 1e-9);
+    SubmapPlacement placement;
+    placement.survey_from_odometry = {7.0, {Eigen::Quaterniond::Identity(), there}};
+    placement.scale = {ScaleSource::typed, 0.01};
+    return placement;
+  });
+  Dive d;
+  for (const auto& shot : film(small_rig(), swimming_path(5))) d.take(odometry.process(shot));
+  EXPECT_LT((d.poses.at(0).survey_from_camera.translation - there).norm(), 1e-6);
+  EXPECT_EQ(d.windows.back()->scale.source, ScaleSource::typed);
+}
+
+TEST(VisualOdometry, GivesTheSamePosesTwice) {
+  const auto shots = film(small_rig(), swimming_path(8));
+  const Dive one = dive(shots), two = dive(shots);
+  for (const auto& [image, pose] : one.poses) {
+    const Rigid3& other = two.poses.at(image).survey_from_camera;
+    EXPECT_EQ(pose.survey_from_camera.translation, other.translation);
+    EXPECT_EQ(pose.survey_from_camera.rotation.coeffs(), other.rotation.coeffs());
+  }
+}
+
+TEST(VisualOdometry, StartsNoMapWhereThereIsNothingToSee) {
+  const Dive d = dive(even_images(6));
+  EXPECT_TRUE(d.poses.empty());
+  EXPECT_EQ(d.lost.size(), 6U);
+  EXPECT_NE(d.alert(AlertKind::tracking_lost), nullptr);
+}
+
+TEST(VisualOdometry, StartsNoMapFromNoise) {
+  const auto rig = std::make_shared<const CameraRig>(small_rig());
+  std::vector<std::shared_ptr<const Shot>> shots;
+  cv::RNG random(3);
+  for (std::uint64_t i = 0; i < 6; ++i) {
+    cv::Mat noise(240, 320, CV_8U);
+    random.fill(noise, cv::RNG::UNIFORM, 0, 255);
+    shots.push_back(Ground::shot_of(i, rig, noise));
+  }
+  const Dive d = dive(shots);
+  EXPECT_TRUE(d.poses.empty());
+  EXPECT_EQ(d.lost.size(), 6U);
+}
+
+TEST(VisualOdometry, StartsNoMapFromOnePlace) {
+  const Dive still = dive(film(small_rig(), std::vector<Rigid3>(6, looking_down(0, 0, 1))));
+  EXPECT_TRUE(still.poses.empty());
+  std::vector<Rigid3> turning;
+  for (int i = 0; i < 6; ++i) turning.push_back(looking_down(0, 0, 1, 0.4 * i, 0));
+  const Dive turned = dive(film(small_rig(), turning));
+  EXPECT_TRUE(turned.poses.empty());
+  EXPECT_EQ(turned.lost.size(), 6U);
+}
+
+TEST(VisualOdometry, FindsTheGroundAgainAfterSilt) {
+  const auto path = swimming_path(12, 0.12);
+  auto shots = film(small_rig(), path);
+  const auto silt = even_images(2, 6);
+  std::copy(silt.begin(), silt.end(), shots.begin() + 6);
+  const Dive d = dive(shots);
+  EXPECT_EQ(d.poses.size(), 10U);
+  EXPECT_EQ(d.lost, (std::multiset<std::uint64_t>{6, 7}));
+  ASSERT_NE(d.alert(AlertKind::tracking_lost), nullptr);
+  EXPECT_EQ(d.alert(AlertKind::tracking_lost)->image, 6U);
+  ASSERT_NE(d.alert(AlertKind::tracking_recovered), nullptr);
+  EXPECT_EQ(d.alert(AlertKind::tracking_recovered)->image, 8U);
+  for (const auto& [image, pose] : d.poses) EXPECT_EQ(pose.submap, 0U) << image;
+}
+
+std::vector<std::shared_ptr<const Shot>> jump() {
+  auto path = swimming_path(5, 0.15);
+  for (int i = 0; i < 5; ++i) path.push_back(looking_down(3 + 0.15 * i, 0.8, 1));
+  return film(small_rig(), path);
+}
+
+TEST(VisualOdometry, StartsASubmapAtTheImageThatJumped) {
+  const Dive d = dive(jump());
+  EXPECT_EQ(d.poses.size(), 10U);
+  for (const auto& [image, pose] : d.poses) EXPECT_EQ(pose.submap, image < 5 ? 0U : 1U) << image;
+  ASSERT_NE(d.alert(AlertKind::tracking_lost), nullptr);
+  EXPECT_EQ(d.alert(AlertKind::tracking_lost)->image, 5U);
+  EXPECT_FALSE(d.alert(AlertKind::tracking_lost)->remedy.empty());
+  ASSERT_NE(d.alert(AlertKind::submap_started), nullptr);
+  EXPECT_EQ(d.alert(AlertKind::submap_started)->image, 5U);
+}
+
+TEST(VisualOdometry, StopsAtALossWhenToldSo) {
+  Config config;
+  config.on_lost = OnLost::stop;
+  const Dive d = dive(jump(), config);
+  EXPECT_EQ(d.poses.size(), 5U);
+  EXPECT_EQ(d.lost.size(), 5U);
+  EXPECT_EQ(d.state, TrackingState::lost);
+}
+
+TEST(VisualOdometry, PassesOverRejectedImages) {
+  auto shots = film(small_rig(), swimming_path(7, 0.12));
+  auto rejected = std::make_shared<Shot>();
+  rejected->image = 4;
+  shots[4] = rejected;
+  const Dive d = dive(shots);
+  EXPECT_EQ(d.poses.size(), 6U);
+  EXPECT_TRUE(d.lost.empty());
+}
+
+TEST(VisualOdometryConfig, NamesTheKeyThatIsOutOfRange) {
+  Config config;
+  config.window = 1;
+  try {
+    config.check();
+    FAIL() << "accepted";
+  } catch (const InputError& error) {
+    EXPECT_NE(std::string(error.what()).find("odometry.window = 1"), std::string::npos);
+  }
+}
+
+}  // namespace
+}  // namespace nadir::odometry

@@ -1,0 +1,152 @@
+// SPDX-FileCopyrightText: nadir contributors
+// SPDX-License-Identifier: Apache-2.0
+#include "window_adjustment.hpp"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <random>
+
+#include "odometry/ground.hpp"
+
+namespace nadir::odometry {
+namespace {
+
+using Eigen::Vector2d, Eigen::Vector3d;
+
+struct Scene {
+  Adjustment truth, start;  // start: noisy observations, poses and points displaced
+};
+
+// Five images of 120 points in a slab below; the first `fixed` are held at the truth.
+Scene scene(const CameraRig& rig, double noise_px, int fixed) {
+  std::mt19937 random(7);
+  std::uniform_real_distribution<double> uniform(-1, 1);
+  std::normal_distribution<double> normal;
+  Scene s;
+  for (int i = 0; i < 5; ++i) {
+    s.truth.images.push_back({looking_down(0.2 * i, 0, 1, 0.1 * i).inverse(), i < fixed, false});
+  }
+  for (int k = 0; k < 120; ++k) {
+    s.truth.points.push_back(
+        {{0.4 + uniform(random), 0.6 * uniform(random), 0.1 * uniform(random)}, false});
+  }
+  for (int i = 0; i < 5; ++i) {
+    for (int k = 0; k < 120; ++k) {
+      const Vector3d x = s.truth.images[static_cast<std::size_t>(i)].camera_from_map *
+                         s.truth.points[static_cast<std::size_t>(k)].x_in_map;
+      const auto observe = [&](const Vector3d& seen, const CameraModel& camera, bool right) {
+        const auto pixel = camera.project(seen);
+        if (!pixel || pixel->x() < 0 || pixel->y() < 0 || pixel->x() > 319 || pixel->y() > 239)
+          return;
+        const Vector2d noise(normal(random), normal(random));
+        s.truth.observations.push_back(
+            {i, k, right, seen.hnormalized() + noise_px / camera.fx * noise});
+      };
+      observe(x, rig.left, false);
+      if (rig.right) observe(rig.right->right_from_left * x, rig.right->camera, true);
+    }
+  }
+  s.start = s.truth;
+  for (auto& image : s.start.images) {
+    if (image.fixed) continue;
+    image.camera_from_map.translation +=
+        0.02 * Vector3d(uniform(random), uniform(random), uniform(random));
+    image.camera_from_map.rotation = image.camera_from_map.rotation *
+                                     Eigen::Quaterniond(Eigen::AngleAxisd(0.01, Vector3d::UnitY()));
+  }
+  for (auto& point : s.start.points)
+    point.x_in_map += 0.02 * Vector3d(uniform(random), uniform(random), uniform(random));
+  return s;
+}
+
+double position_error(const Adjustment& a, const Adjustment& b) {
+  double worst = 0;
+  for (std::size_t i = 0; i < a.images.size(); ++i) {
+    worst = std::max(worst, (a.images[i].camera_from_map.inverse().translation -
+                             b.images[i].camera_from_map.inverse().translation)
+                                .norm());
+  }
+  return worst;
+}
+
+TEST(WindowAdjustment, RecoversTheTruthExactlyWithoutNoise) {
+  Scene s = scene(small_rig(), 0, 2);
+  const auto summary = adjust(s.start, small_rig(), {1.0, 50});
+  EXPECT_TRUE(summary.usable);
+  EXPECT_LT(summary.rms_px, 1e-3);
+  EXPECT_LT(position_error(s.start, s.truth), 1e-4);
+}
+
+// 0.2 px of 300 at 1 m is 0.7 mm on the ground; some 40 points determine each pose, sideways motion
+// and tilt apart only by the edges of the image (a factor of about 6), the last is two images away
+// from the nearest fixed one.
+TEST(WindowAdjustment, StaysWithinTheNoise) {
+  Scene s = scene(small_rig(), 0.2, 2);
+  const auto summary = adjust(s.start, small_rig());
+  EXPECT_TRUE(summary.converged);
+  EXPECT_LT(position_error(s.start, s.truth), 0.007);
+  EXPECT_NEAR(summary.rms_px, 0.2 * std::sqrt(2.0), 0.1);
+}
+
+TEST(WindowAdjustment, LeavesFixedImagesUntouched) {
+  Scene s = scene(small_rig(), 0.2, 2);
+  adjust(s.start, small_rig());
+  for (std::size_t i = 0; i < 2; ++i) {
+    EXPECT_EQ(s.start.images[i].camera_from_map.translation,
+              s.truth.images[i].camera_from_map.translation);
+  }
+}
+
+TEST(WindowAdjustment, TakesTheScaleFromAPair) {
+  Scene s = scene(small_pair(), 0.1, 1);
+  for (auto& point : s.start.points) point.x_in_map *= 1.02;
+  adjust(s.start, small_pair(), {1.0, 50});
+  EXPECT_LT(position_error(s.start, s.truth), 0.003);
+}
+
+TEST(WindowAdjustment, KeepsADistanceThatHoldsTheScale) {
+  Scene s = scene(small_rig(), 0.1, 1);
+  const Rigid3 first_from_map = s.truth.images[0].camera_from_map;
+  for (Adjustment* a : {&s.start, &s.truth}) {
+    for (auto& image : a->images)
+      image.camera_from_map = image.camera_from_map * first_from_map.inverse();
+    for (auto& point : a->points) point.x_in_map = first_from_map * point.x_in_map;
+  }
+  s.start.images[1].distance_fixed = true;
+  const double distance = s.start.images[1].camera_from_map.translation.norm();
+  EXPECT_TRUE(adjust(s.start, small_rig()).usable);
+  EXPECT_NEAR(s.start.images[1].camera_from_map.translation.norm(), distance, 1e-9);
+}
+
+TEST(WindowAdjustment, IsNotDraggedByAFewFish) {
+  Scene s = scene(small_rig(), 0.1, 2);
+  for (std::size_t k = 0; k < s.start.observations.size(); k += 25) {
+    s.start.observations[k].ray.x() += 15.0 / 300;
+  }
+  adjust(s.start, small_rig(), {1.0, 50});
+  EXPECT_LT(position_error(s.start, s.truth), 0.006);
+}
+
+TEST(WindowAdjustment, ChangesNothingWhenTheInputIsNoNumber) {
+  Scene s = scene(small_rig(), 0, 2);
+  s.start.images[3].camera_from_map.translation.x() = std::nan("");
+  s.start.points[5].x_in_map.y() = std::nan("");
+  const auto before = s.start.images[4].camera_from_map.translation;
+  const auto summary = adjust(s.start, small_rig());
+  EXPECT_TRUE(!summary.usable || s.start.images[4].camera_from_map.is_finite());
+  if (!summary.usable) {
+    EXPECT_EQ(s.start.images[4].camera_from_map.translation, before);
+  }
+}
+
+TEST(WindowAdjustment, AcceptsAnEmptyProblem) {
+  Adjustment a;
+  a.images = {{{}, false, false}};
+  const auto summary = adjust(a, small_rig());
+  EXPECT_EQ(summary.rms_px, 0);
+  EXPECT_TRUE(a.images[0].camera_from_map.is_finite());
+}
+
+}  // namespace
+}  // namespace nadir::odometry
