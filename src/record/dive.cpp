@@ -19,7 +19,8 @@ enum class Condition { saving, without_images, paused };
 
 bool holds_files(const path& folder) {
   std::error_code error;
-  return std::ranges::any_of(fs::recursive_directory_iterator(folder, error),
+  constexpr auto kOptions = fs::directory_options::skip_permission_denied;
+  return std::ranges::any_of(fs::recursive_directory_iterator(folder, kOptions, error),
                              [](const fs::directory_entry& item) { return !item.is_directory(); });
 }
 
