@@ -11,6 +11,8 @@ namespace {
 
 constexpr int kDescribedSide = 1100;  // px: larger images are described at half size
 
+constexpr int kStrongFactor = 3;  // a well lit image has enough corners above this many thresholds
+constexpr int kPlenty = 3;        // times the wanted corners
 constexpr int kLevels = 3;
 constexpr float kLevelScale = 1.3F;  // altitude changes little between images that overlap
 constexpr int kDescriptorSide = 31;  // px at the corner's level
@@ -62,7 +64,8 @@ std::vector<cv::KeyPoint> detect_corners(const cv::Mat& image, int wanted, int t
     if (octave > 0) cv::resize(image, level, {}, 1 / scale, 1 / scale, cv::INTER_LINEAR);
     if (std::min(level.cols, level.rows) <= 2 * kBorder + 1) break;
     std::vector<cv::KeyPoint> found;
-    cv::FAST(level, found, threshold);
+    cv::FAST(level, found, kStrongFactor * threshold);
+    if (static_cast<int>(found.size()) < kPlenty * wanted) cv::FAST(level, found, threshold);
     cv::KeyPointsFilter::runByImageBorder(found, level.size(), kBorder);
     const auto share = static_cast<int>(static_cast<float>(wanted) / (scale * scale * 1.95F));
     for (cv::KeyPoint& corner : spread(std::move(found), level.size(), std::max(share, 1))) {

@@ -194,7 +194,9 @@ void add_tie_points(Map& map, const Config& config) {
     return;
   }
   Coverage coverage = covered(map, map.last(), config.tie_points);
-  for (int host = static_cast<int>(map.key_frames.size()) - 2; host >= 0; --host) {
+  constexpr int kHosts = 2;  // the overlap with earlier ones is part of theirs
+  const int target = static_cast<int>(map.key_frames.size()) - 1;
+  for (int host = target - 1; host >= std::max(0, target - kHosts); --host) {
     if (!map.key_frame(host).view) break;
     add_points_between(map, host, coverage, config);
   }

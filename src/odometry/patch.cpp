@@ -16,6 +16,7 @@ using Eigen::Matrix2d, Eigen::Vector2d, Eigen::Vector2f;
 constexpr float kMinContrast = 15.0F;  // norm of the grey levels about their mean, 1.4 per px
 constexpr float kMinTexture = 0.02F;   // smaller eigenvalue of the normalised structure tensor
 constexpr double kMaxScale2 = 2.6;     // of areas, between two images of one tie point
+constexpr float kWhole = 4096;
 constexpr int kIterations = 12;
 constexpr double kConverged = 0.01;  // px
 constexpr double kAlike = 0.98;      // correlation that needs no change of shape
@@ -182,6 +183,10 @@ std::optional<Template> warp_patch(const Patch& patch, const Matrix2d& image_fro
   const float norm = result.value.norm();
   if (!(norm > kMinContrast)) return std::nullopt;
   result.value /= norm;
+  for (int i = 0; i < Template::kArea; ++i) {
+    result.whole[static_cast<std::size_t>(i)] =
+        static_cast<std::int16_t>(std::lround(kWhole * result.value[i]));
+  }
   result.gradient /= norm;
   result.gradient.rowwise() -= result.gradient.colwise().mean().eval();
   // The normalisation takes the part along the value itself out of the gradients, too.
@@ -197,19 +202,20 @@ std::optional<Template> warp_patch(const Patch& patch, const Matrix2d& image_fro
 
 float correlation(const Template& wanted, const cv::Mat& grey, int x, int y) {
   if (!inside(grey, x, y, Template::kRadius)) return -1.0F;
-  float dot = 0, sum = 0, squares = 0;
+  std::array<std::int16_t, Template::kArea> window;
   for (int row = 0; row < Template::kSide; ++row) {
     const std::uint8_t* at = grey.ptr(y - Template::kRadius + row) + x - Template::kRadius;
-    const float* value = wanted.value.data() + row * Template::kSide;
-    for (int k = 0; k < Template::kSide; ++k) {
-      const auto g = static_cast<float>(at[k]);
-      dot += g * value[k];
-      sum += g;
-      squares += g * g;
-    }
+    std::copy(at, at + Template::kSide, window.begin() + row * Template::kSide);
   }
-  const float variance = squares - sum * sum / static_cast<float>(Template::kArea);
-  return variance > 1.0F ? dot / std::sqrt(variance) : -1.0F;
+  int dot = 0, sum = 0, squares = 0;
+  for (std::size_t i = 0; i < window.size(); ++i) {
+    dot += window[i] * wanted.whole[i];
+    sum += window[i];
+    squares += window[i] * window[i];
+  }
+  const auto total = static_cast<float>(sum);
+  const float variance = static_cast<float>(squares) - total * total / Template::kArea;
+  return variance > 1.0F ? static_cast<float>(dot) / kWhole / std::sqrt(variance) : -1.0F;
 }
 
 Sight search(const Template& wanted, const cv::Mat& grey, const Vector2d& start, int radius) {

@@ -29,6 +29,7 @@ struct Template {
   static constexpr int kArea = kSide * kSide;
   using Values = Eigen::Matrix<float, kArea, 1>;
   Values value;
+  std::array<std::int16_t, kArea> whole{};  ///< the value in units of 1 / 4096, for fast search
   Eigen::Matrix<float, kArea, 2> gradient;
   Eigen::Matrix2f inverse_normal;  ///< of the normal equations
 };
