@@ -70,6 +70,7 @@ struct VisualOdometry::State {
   std::vector<Moment> track;  ///< the last two oriented images
   std::uint32_t next_submap = 0;
   std::uint64_t next_id = 0;
+  std::optional<std::uint64_t> last_central;  ///< central image of the last window published
 
   Views waiting;         ///< images that may still be oriented once a map starts
   Views key_images;      ///< those of them to start it from
@@ -295,7 +296,10 @@ void VisualOdometry::State::accept(const std::shared_ptr<const View>& view,
 
 void VisualOdometry::State::publish_window(const AdjustmentSummary& summary, int images,
                                            Orientation& out) {
-  out.window = std::make_shared<const Window>(make_window(*map, images, summary));
+  auto window = std::make_shared<const Window>(make_window(*map, images, summary));
+  // A young map's window grows to its size; twice then the central image stays the same.
+  const std::uint64_t central = window->central->image;
+  if (std::exchange(last_central, central) != central) out.window = std::move(window);
   next_id = map->first_id + map->points.size();
 }
 
