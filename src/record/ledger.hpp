@@ -36,7 +36,7 @@ struct ImageCounts {
 };
 
 struct Ledger {
-  nlohmann::json about;  ///< what was known when the dive began
+  nlohmann::json about;                ///< what was known when the dive began
   SurveyAxes axes = SurveyAxes::none;  ///< of the first window
   std::map<std::uint64_t, ImageFacts> images;
   std::vector<Alert> alerts;

@@ -31,7 +31,8 @@ struct DiveInfo {
   nlohmann::json about = nlohmann::json::object();
 };
 
-/// All that was made of one shot, or (an orientation without a shot) after the last; any of the last three may be null (dropped on a live edge).
+/// All that was made of one shot, or (an orientation without a shot) after the last; any of the
+/// last three may be null (dropped on a live edge).
 struct Entry {
   std::shared_ptr<const Orientation> orientation;
   std::shared_ptr<const Surface> surface;
