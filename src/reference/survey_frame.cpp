@@ -5,6 +5,7 @@
 #include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
+#include <numbers>
 
 #include "nadir/core/check.hpp"
 
@@ -105,6 +106,9 @@ void Config::check() const {
   if (!(stereo_matching_px > 0)) {
     throw InputError("reference.stereo_matching_px must be above 0; the default is 0.3");
   }
+  if (!(max_plane_tilt_deg > 0 && max_plane_tilt_deg < 90)) {
+    throw InputError("reference.max_plane_tilt_deg must be between 0 and 90; the default is 35");
+  }
   if (!(dead_reckoning_max_s >= 0)) {
     throw InputError("reference.dead_reckoning_max_s must be 0 or more; the default is 5");
   }
@@ -150,8 +154,11 @@ SubmapPlacement SurveyFrame::place(const Window& initial,
 
 // 3.3: z is the normal of the map's plane. A later sub-map also keeps the heading last known.
 Eigen::Quaterniond SurveyFrame::upright(const Window& initial) {
-  const std::optional<Plane> plane = plane_of_(initial);
-  const Vector3d up = plane ? plane->normal : Vector3d(-mean_view_direction(initial));
+  const Vector3d against_view = -mean_view_direction(initial);
+  std::optional<Plane> plane = plane_of_(initial);
+  const double tilt = plane ? std::acos(std::min(1.0, plane->normal.dot(against_view))) : 0;
+  if (tilt > config_.max_plane_tilt_deg * std::numbers::pi / 180) plane.reset();
+  const Vector3d up = plane ? plane->normal : against_view;
   if (axes_ == SurveyAxes::none) {
     axes_ = plane ? SurveyAxes::first_plane : SurveyAxes::first_camera;
   }

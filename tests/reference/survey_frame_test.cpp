@@ -116,6 +116,18 @@ TEST(SurveyFrame, WithoutAnyPlaneTheViewingDirectionIsDown) {
   EXPECT_NEAR((pose.rotation * Vector3d::UnitZ() + Vector3d::UnitZ()).norm(), 0, 1e-9);
 }
 
+TEST(SurveyFrame, PlaneFarFromTheViewingDirectionGivesNoVertical) {
+  const Dive dive = dive_in_camera_frame(false, true);
+  const auto wall = [](const Window& window) {
+    Plane plane = *true_plane(window);
+    plane.normal = Eigen::AngleAxisd(0.8, Vector3d::UnitX()) * plane.normal;
+    return std::optional(plane);
+  };
+  SurveyFrame survey({}, wall);
+  survey.place(dive.window, dive.frames);
+  EXPECT_EQ(survey.axes(), SurveyAxes::first_camera);
+}
+
 TEST(SurveyFrame, MonoIsUnscaledAndSizedByItsViewingDistance) {
   const Dive dive = dive_in_camera_frame(true, false, 7.0);
   SurveyFrame survey({}, no_plane);

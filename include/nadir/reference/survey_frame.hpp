@@ -18,6 +18,11 @@ struct Config {
   double stereo_matching_px = 0.3;  ///< 1 sigma of a disparity, for the sigma of the stereo scale
   double dead_reckoning_max_s = 5;  ///< beyond this the last velocity says nothing any more
 
+  /// Between a map's plane and the mean viewing direction; the camera looks down, so a plane
+  /// steeper than that is an artefact of a few images with doubtful calibration, or a wall, and
+  /// gives no vertical.
+  double max_plane_tilt_deg = 35;
+
   void check() const;
 };
 
