@@ -9,16 +9,14 @@ find_package(TIFF REQUIRED)                           # image_io
 find_package(ZLIB REQUIRED)                           # record
 find_package(Boost 1.74 REQUIRED)                     # serve (Beast and Asio, header-only)
 find_package(nlohmann_json 3.11 REQUIRED)             # record, app
-find_package(spdlog REQUIRED)                         # app
 find_package(CLI11 REQUIRED)                          # app
 find_package(tomlplusplus 3.3 REQUIRED)                # app
 find_package(PkgConfig REQUIRED)
 pkg_check_modules(turbojpeg REQUIRED IMPORTED_TARGET libturbojpeg)      # image_io
-pkg_check_modules(systemd REQUIRED IMPORTED_TARGET libsystemd)          # app
 
-# OpenCV module by module: its own CMake package asks for all of libopencv-dev, of which nadir uses six.
+# OpenCV module by module: its own CMake package asks for all of libopencv-dev, of which nadir uses five.
 find_path(OPENCV_INCLUDE opencv2/core.hpp PATH_SUFFIXES opencv4 REQUIRED)
-foreach(module core imgproc flann features2d calib3d video)
+foreach(module core imgproc flann features2d calib3d)
   find_library(OPENCV_${module} opencv_${module} REQUIRED)
   add_library(opencv::${module} INTERFACE IMPORTED)
   target_include_directories(opencv::${module} SYSTEM INTERFACE ${OPENCV_INCLUDE})

@@ -2,7 +2,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "graph.hpp"
 
-#include <thread>
+#include <algorithm>
+#include <condition_variable>
+#include <mutex>
 
 #include "nadir/core/check.hpp"
 
@@ -15,7 +17,6 @@ using pipeline::WhenFull;
 // breath.
 constexpr std::size_t kDepth = 4;
 constexpr std::size_t kRecordDepth = 16;
-constexpr std::size_t kAlertDepth = 64;
 
 // At --rate max every edge waits and nothing is lost. Otherwise the working edges drop as they do
 // live. Those to the recorder and the page wait: the recorder must have every pose, and neither
@@ -35,6 +36,14 @@ Alert images_dropped(const Shot& shot, std::uint32_t count) {
       shot.time, shot.image, AlertKind::images_dropped,
       std::to_string(count) + " images before this one were dropped, odometry could not keep up",
       "lower the image rate or capture.scale"};
+}
+
+Alert skipped(const Orientation& orientation, std::uint32_t count) {
+  const Shot* shot = orientation.shot.get();
+  return {shot ? shot->time : 0, shot ? std::optional(shot->image) : std::nullopt, AlertKind::load,
+          std::to_string(count) +
+              " images were oriented but not wholly mapped, the processor could not keep up",
+          "lower the image rate or capture.scale; replay the images later for the whole map"};
 }
 
 }  // namespace
@@ -63,53 +72,66 @@ Graph::Graph(const Config& config, Rate rate, Ends ends)
       page_clouds_(kDepth, WhenFull::wait, page_bell_),
       recorded_mosaics_(kRecordDepth, WhenFull::wait, record_bell_),
       page_mosaics_(kDepth, WhenFull::wait, page_bell_),
-      page_alerts_(kAlertDepth, WhenFull::drop, page_bell_) {
+      page_alerts_(kDepth, WhenFull::wait, page_bell_) {
   start_stages();
+}
+
+// A stage that throws ends the source, so that the others drain and what was recorded is kept.
+template <class T, class Process>
+pipeline::Input Graph::feed(Channel<T>& channel, Process process) {
+  return pipeline::from(channel, [this, process = std::move(process)](Shared<T> message) mutable {
+    try {
+      process(std::move(message));
+    } catch (...) {
+      stop_.request_stop();
+      throw;
+    }
+  });
 }
 
 // Downstream first, so that every channel has its reader before its writer.
 void Graph::start_stages() {
-  using pipeline::from, pipeline::Stage;
+  using pipeline::Stage;
   if (ends_.page) {
     Publisher& page = *ends_.page;
     page_ = std::make_unique<Stage>(
         "page",
         std::vector{
-            from(page_alerts_, [&](const Shared<Alert>& alert) { page.publish(*alert); }),
-            from(page_orientations_,
+            feed(page_alerts_, [&](const Shared<Alert>& alert) { page.publish(*alert); }),
+            feed(page_orientations_,
                  [&](const Shared<Orientation>& orientation) {
                    page.publish(*orientation);
                    publish_statistics();
                  }),
-            from(page_surfaces_, [&](const Shared<Surface>& surface) { page.publish(*surface); }),
-            from(page_clouds_, [&](const Shared<Cloud>& cloud) { page.publish(*cloud); }),
-            from(page_mosaics_,
+            feed(page_surfaces_, [&](const Shared<Surface>& surface) { page.publish(*surface); }),
+            feed(page_clouds_, [&](const Shared<Cloud>& cloud) { page.publish(*cloud); }),
+            feed(page_mosaics_,
                  [&](const Shared<MosaicUpdate>& mosaic) { page.publish(*mosaic); })},
         [] {});
   }
   const auto assemble = [this](auto message) { assembler_.add(std::move(message)); };
   record_ = std::make_unique<Stage>(
       "record",
-      std::vector{from(recorded_orientations_, assemble), from(recorded_surfaces_, assemble),
-                  from(recorded_clouds_, assemble), from(recorded_mosaics_, assemble)},
+      std::vector{feed(recorded_orientations_, assemble), feed(recorded_surfaces_, assemble),
+                  feed(recorded_clouds_, assemble), feed(recorded_mosaics_, assemble)},
       [this] { page_alerts_.close(); }, [this] { assembler_.finish(); });
   stitching_ = std::make_unique<Stage>(
       "mosaic2d",
-      std::vector{from(mosaic_surfaces_, [this](Shared<Surface> s) { stitch(std::move(s)); })},
+      std::vector{feed(mosaic_surfaces_, [this](Shared<Surface> s) { stitch(std::move(s)); })},
       [this] {
         recorded_mosaics_.close();
         page_mosaics_.close();
       });
   projecting_ = std::make_unique<Stage>(
       "projection3d",
-      std::vector{from(projection_surfaces_, [this](Shared<Surface> s) { project(std::move(s)); })},
+      std::vector{feed(projection_surfaces_, [this](Shared<Surface> s) { project(std::move(s)); })},
       [this] {
         recorded_clouds_.close();
         page_clouds_.close();
       });
   fitting_ = std::make_unique<Stage>(
       "plane",
-      std::vector{from(orientations_, [this](Shared<Orientation> o) { fit(std::move(o)); })},
+      std::vector{feed(orientations_, [this](Shared<Orientation> o) { fit(std::move(o)); })},
       [this] {
         projection_surfaces_.close();
         mosaic_surfaces_.close();
@@ -117,7 +139,7 @@ void Graph::start_stages() {
         page_surfaces_.close();
       });
   orienting_ = std::make_unique<Stage>(
-      "odometry", std::vector{from(shots_, [this](Shared<Shot> shot) { orient(std::move(shot)); })},
+      "odometry", std::vector{feed(shots_, [this](Shared<Shot> shot) { orient(std::move(shot)); })},
       [this] {
         orientations_.close();
         recorded_orientations_.close();
@@ -129,13 +151,22 @@ void Graph::start_stages() {
   started_ = true;
 }
 
+Graph::~Graph() {
+  stop_.request_stop();
+  join();
+}
+
 bool Graph::capture_one() {
+  if (stop_.stop_requested()) return false;
   std::optional<Shot> shot = ends_.source.next();
-  if (!shot) return false;
-  wait_for(*shot);
+  if (!shot || !wait_for(*shot)) return false;
   shot->dropped_before += dropped_;
-  if (dropped_ > 0) shot->alerts.push_back(images_dropped(*shot, dropped_));
-  dropped_ = shots_.push(std::make_shared<const Shot>(*std::move(shot))) ? 0 : dropped_ + 1;
+  if (dropped_ > 0) dropped_alerts_.push_back(images_dropped(*shot, dropped_));
+  shot->alerts.insert(shot->alerts.begin(), dropped_alerts_.begin(), dropped_alerts_.end());
+  std::vector<Alert> alerts = shot->alerts;
+  const bool taken = shots_.push(std::make_shared<const Shot>(*std::move(shot)));
+  dropped_ = taken ? 0 : dropped_ + 1;
+  dropped_alerts_ = taken ? std::vector<Alert>() : std::move(alerts);
   return true;
 }
 
@@ -143,18 +174,23 @@ void Graph::orient(Shared<Shot> shot) { pass_on(odometry_.process(std::move(shot
 
 void Graph::pass_on(Orientation orientation) {
   survey_.observe(orientation);
+  if (windows_skipped_ > 0) orientation.alerts.push_back(skipped(orientation, windows_skipped_));
   const auto message = std::make_shared<const Orientation>(std::move(orientation));
   recorded_orientations_.push(message);
   to_page(page_orientations_, message);
-  orientations_.push(message);
+  windows_skipped_ = orientations_.push(message) ? 0 : windows_skipped_ + 1;
 }
 
 void Graph::fit(Shared<Orientation> orientation) {
-  const auto message = std::make_shared<const Surface>(plane_.process(std::move(orientation)));
+  Surface surface = plane_.process(std::move(orientation));
+  if (surfaces_skipped_ > 0)
+    surface.alerts.push_back(skipped(*surface.orientation, surfaces_skipped_));
+  const auto message = std::make_shared<const Surface>(std::move(surface));
   recorded_surfaces_.push(message);
   to_page(page_surfaces_, message);
-  projection_surfaces_.push(message);
-  mosaic_surfaces_.push(message);
+  const bool projected = projection_surfaces_.push(message);
+  const bool stitched = mosaic_surfaces_.push(message);
+  surfaces_skipped_ = projected && stitched ? 0 : surfaces_skipped_ + 1;
 }
 
 void Graph::project(Shared<Surface> surface) {
@@ -186,25 +222,32 @@ void Graph::publish_statistics() {
   ends_.page->publish(stats());
 }
 
-// A replay at a given rate hands an image out when a camera would have.
-void Graph::wait_for(const Shot& shot) {
+// A replay at a given rate hands an image out when a camera would have. False when told to stop
+// meanwhile.
+bool Graph::wait_for(const Shot& shot) {
+  constexpr double kLongestWait = 86400;  // s; times far apart are a mistake in a file
   if (!first_time_) first_time_ = shot.time;
   double due_s = 0;
   if (rate_.kind == Rate::Kind::fixed) due_s = static_cast<double>(shots_taken_) / rate_.hz;
-  if (rate_.kind == Rate::Kind::recorded) due_s = seconds(shot.time - *first_time_);
+  if (rate_.kind == Rate::Kind::recorded) due_s = seconds(shot.time) - seconds(*first_time_);
   ++shots_taken_;
-  std::this_thread::sleep_until(begun_ + std::chrono::duration_cast<std::chrono::nanoseconds>(
-                                             std::chrono::duration<double>(due_s)));
+  const auto wait = std::chrono::duration<double>(std::clamp(due_s, 0.0, kLongestWait));
+  std::mutex alone;
+  std::unique_lock lock(alone);
+  std::condition_variable_any().wait_until(
+      lock, stop_.get_token(), begun_ + std::chrono::duration_cast<std::chrono::nanoseconds>(wait),
+      [] { return false; });
+  return !stop_.stop_requested();
 }
 
-void Graph::join() {
+std::exception_ptr Graph::join() {
   std::exception_ptr fault;
   for (const auto* stage :
        {&capture_, &orienting_, &fitting_, &projecting_, &stitching_, &record_, &page_}) {
     if (!*stage) continue;
     if (const std::exception_ptr of_stage = (*stage)->join(); of_stage && !fault) fault = of_stage;
   }
-  if (fault) std::rethrow_exception(fault);
+  return fault;
 }
 
 std::vector<StageStats> Graph::stats() const {

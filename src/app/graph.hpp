@@ -12,6 +12,7 @@
 #include <functional>
 #include <memory>
 #include <optional>
+#include <stop_token>
 #include <vector>
 
 #include "assembler.hpp"
@@ -36,11 +37,14 @@ class Graph {
 
   Graph(const Config& config, Rate rate, Ends ends);
 
-  /// The source ends with the image in hand; what was captured is still mapped. Any thread.
-  void stop() { capture_->stop(); }
+  ~Graph();
 
-  /// Waits until everything captured is mapped and recorded. Rethrows what a stage threw.
-  void join();
+  /// A request ends the source; what was captured is still mapped. It may outlive the graph.
+  std::stop_source stop_source() const { return stop_; }
+
+  /// Waits until everything captured is mapped and recorded. What a stage threw, which ended the
+  /// source, or null.
+  std::exception_ptr join();
 
   /// Images dropped after the last that found room; after join().
   std::uint32_t dropped_at_end() const { return dropped_; }
@@ -55,6 +59,8 @@ class Graph {
   using Channel = pipeline::Channel<Shared<T>>;
   using Bell = std::shared_ptr<pipeline::Bell>;
 
+  template <class T, class Process>
+  pipeline::Input feed(Channel<T>& channel, Process process);
   bool capture_one();
   void orient(Shared<Shot> shot);
   void pass_on(Orientation orientation);
@@ -65,7 +71,7 @@ class Graph {
   void publish_statistics();
 
   void start_stages();
-  void wait_for(const Shot& shot);
+  bool wait_for(const Shot& shot);
   template <class T>
   void to_page(Channel<T>& channel, const Shared<T>& message) {
     if (ends_.page) channel.push(message);
@@ -83,8 +89,12 @@ class Graph {
   std::chrono::steady_clock::time_point begun_ = std::chrono::steady_clock::now(), told_ = begun_;
   std::uint64_t shots_taken_ = 0;
   std::optional<Time> first_time_;
-  std::uint32_t dropped_ = 0;  ///< since the last shot that found room
+  // What did not find room since the last message that did, to be told with the next.
+  std::uint32_t dropped_ = 0;
+  std::vector<Alert> dropped_alerts_;
+  std::uint32_t windows_skipped_ = 0, surfaces_skipped_ = 0;
 
+  std::stop_source stop_;
   std::atomic<bool> started_ = false;  ///< every stage exists
 
   Bell record_bell_ = std::make_shared<pipeline::Bell>(),

@@ -7,7 +7,7 @@
 
 namespace {
 
-constexpr int kCouldNot = 1;
+constexpr int kCouldNot = 1, kWrongCommandLine = 2;
 
 }  // namespace
 
@@ -15,6 +15,9 @@ int main(int argc, char** argv) {
   try {
     return std::visit([](const auto& command) { return nadir::app::run(command); },
                       nadir::app::parse_command_line(argc, argv));
+  } catch (const nadir::app::UsageError& error) {
+    std::fprintf(stderr, "nadir: %s\n", error.what());
+    return kWrongCommandLine;
   } catch (const std::exception& error) {
     std::fprintf(stderr, "nadir: %s\n", error.what());
     return kCouldNot;

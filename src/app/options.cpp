@@ -22,6 +22,20 @@ std::optional<Rate> parse_rate(const std::string& text) {
   return whole && rate.hz > 0 && rate.hz <= 1000 ? std::optional(rate) : std::nullopt;
 }
 
+// host:port, [IPv6]:port or :port
+std::optional<Address> parse_address(const std::string& text) {
+  const auto colon = text.rfind(':');
+  if (colon == std::string::npos) return std::nullopt;
+  Address address{text.substr(0, colon), 0};
+  const char* const end_of_text = text.data() + text.size();
+  const auto [end, error] = std::from_chars(text.data() + colon + 1, end_of_text, address.port);
+  if (error != std::errc() || end != end_of_text) return std::nullopt;
+  std::string& host = address.host;
+  if (host.starts_with('[') && host.ends_with(']')) host = host.substr(1, host.size() - 2);
+  if (host == "localhost") host = "127.0.0.1";
+  return address;
+}
+
 void add_settings(CLI::App& app, Settings& settings) {
   app.add_option("--config", settings.file, "TOML file of settings; see --dump-config")
       ->type_name("FILE");
@@ -31,7 +45,7 @@ void add_settings(CLI::App& app, Settings& settings) {
       ->allow_extra_args(false);
 }
 
-void describe_replay(CLI::App& verb, Replay& replay, std::string& rate) {
+void describe_replay(CLI::App& verb, Replay& replay, std::string& address, std::string& rate) {
   verb.add_option("FOLDER", replay.folder, "survey folder, or a bare folder of images")->required();
   verb.add_option("--out", replay.dive, "dive folder to make; must not exist or be empty")
       ->type_name("DIVE")
@@ -39,9 +53,13 @@ void describe_replay(CLI::App& verb, Replay& replay, std::string& rate) {
   verb.add_option("--calib", replay.calibration, "camera file, over the folder's calib.yml")
       ->type_name("FILE");
   add_settings(verb, replay.settings);
-  auto* serve =
-      verb.add_option("--serve", replay.serve, "show the map at http://ADDRESS, host:port")
-          ->type_name("ADDRESS");
+  auto* serve = verb.add_option("--serve", address, "show the map at http://ADDRESS, host:port")
+                    ->type_name("ADDRESS")
+                    ->check([](const std::string& text) {
+                      return parse_address(text)
+                                 ? std::string()
+                                 : "'" + text + "' is not host:port, as 0.0.0.0:8765 is";
+                    });
   verb.add_flag("--no-serve")->description("no page (the default)")->excludes(serve);
   verb.add_flag("--keep-serving", replay.keep_serving,
                 "go on serving after the last image, until interrupted")
@@ -80,14 +98,14 @@ Command parse_command_line(int argc, const char* const* argv) {
   Simulate simulate;
   Recover recover;
   DumpConfig dump;
-  std::string rate = "max";
+  std::string rate = "max", address;
 
   app.set_version_flag("--version", std::string("nadir ") + kVersion);
   bool dump_config = false;
   app.add_flag("--dump-config", dump_config, "print every setting with its value and unit as TOML");
   add_settings(app, dump.settings);
   auto* replay_verb = app.add_subcommand("replay", "map a folder of images into a dive folder");
-  describe_replay(*replay_verb, replay, rate);
+  describe_replay(*replay_verb, replay, address, rate);
   auto* simulate_verb =
       app.add_subcommand("simulate", "make a survey folder of a synthetic seabed with exact truth");
   describe_simulate(*simulate_verb, simulate);
@@ -120,6 +138,7 @@ Command parse_command_line(int argc, const char* const* argv) {
   if (*simulate_verb) return simulate;
   if (*recover_verb) return recover;
   replay.rate = *parse_rate(rate);
+  if (!address.empty()) replay.serve = parse_address(address);
   return replay;
 }
 

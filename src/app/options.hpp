@@ -3,8 +3,10 @@
 // The command line, read and checked; no verb is run here.
 #pragma once
 
+#include <cstdint>
 #include <filesystem>
 #include <optional>
+#include <stdexcept>
 #include <string>
 #include <variant>
 #include <vector>
@@ -18,6 +20,12 @@ struct Rate {
   double hz = 0;  ///< of Kind::fixed
 };
 
+/// host empty: the configured one.
+struct Address {
+  std::string host;
+  std::uint16_t port = 0;
+};
+
 struct Settings {
   std::optional<std::filesystem::path> file;
   std::vector<std::string> assignments;  ///< room.key=value, applied after the file
@@ -27,7 +35,7 @@ struct Replay {
   std::filesystem::path folder, dive;
   std::optional<std::filesystem::path> calibration;
   Settings settings;
-  std::optional<std::string> serve;  ///< host:port
+  std::optional<Address> serve;
   bool keep_serving = false;
   Rate rate;
 };
@@ -52,6 +60,13 @@ struct DumpConfig {
 /// status.
 struct Answered {
   int status = 0;
+};
+
+/// What only shows itself wrong when a verb looks closer is a wrong command line all the same: exit
+/// status 2.
+class UsageError : public std::runtime_error {
+ public:
+  using std::runtime_error::runtime_error;
 };
 
 using Command = std::variant<Answered, DumpConfig, Replay, Simulate, Recover>;

@@ -42,8 +42,7 @@ void Progress::add(const record::Entry& entry) {
 
 void Progress::add(const Alert& alert) {
   clear_line();
-  const std::string image = alert.image ? " image " + std::to_string(*alert.image) : "";
-  std::fprintf(out_, "%s:%s %s; %s\n", std::string(to_string(alert.kind)).c_str(), image.c_str(),
+  std::fprintf(out_, "%s: %s; %s\n", std::string(to_string(alert.kind)).c_str(),
                alert.message.c_str(), alert.remedy.c_str());
 }
 

@@ -138,7 +138,9 @@ void Publisher::publish(const std::vector<StageStats>& stages) {
   send(serve::Lane::state, wire::Statistics{stages});
 }
 
-void Publisher::finish() {
+void Publisher::finish(std::uint32_t dropped_at_end) {
+  state_.captured += dropped_at_end;
+  state_.dropped += dropped_at_end;
   state_.finished = true;
   send_state();
 }

@@ -28,8 +28,9 @@ class Publisher {
   void publish(const MosaicUpdate& mosaic);
   void publish(const Alert& alert);
   void publish(const std::vector<StageStats>& stages);
-  /// The dive is mapped and its files are written.
-  void finish();
+  /// The dive is mapped and its files are written; dropped_at_end: images dropped after the last
+  /// shot.
+  void finish(std::uint32_t dropped_at_end);
 
  private:
   using Clock = std::chrono::steady_clock;

@@ -3,7 +3,6 @@
 #include <sys/resource.h>
 #include <sys/utsname.h>
 
-#include <charconv>
 #include <chrono>
 #include <cstdio>
 #include <opencv2/core/utility.hpp>
@@ -24,25 +23,17 @@ using Clock = std::chrono::steady_clock;
 Config configured(const Settings& settings) {
   Config config;
   if (settings.file) read_config_file(*settings.file, config);
-  for (const std::string& assignment : settings.assignments) read_assignment(assignment, config);
+  try {
+    for (const std::string& assignment : settings.assignments) read_assignment(assignment, config);
+  } catch (const InputError& error) {
+    throw UsageError(error.what());
+  }
   return config;
 }
 
-// host:port, [IPv6]:port or :port
-void set_address(const std::string& address, serve::Config& config) {
-  const auto colon = address.rfind(':');
-  unsigned port = 0;
-  const char* const begin = address.data() + (colon == std::string::npos ? 0 : colon + 1);
-  const auto [end, error] = std::from_chars(begin, address.data() + address.size(), port);
-  if (colon == std::string::npos || error != std::errc() ||
-      end != address.data() + address.size() || port > 65535) {
-    throw InputError("--serve " + address + ": the form is host:port, for instance 0.0.0.0:8765");
-  }
-  std::string host = address.substr(0, colon);
-  if (host.starts_with('[') && host.ends_with(']')) host = host.substr(1, host.size() - 2);
-  if (host == "localhost") host = "127.0.0.1";
-  if (!host.empty()) config.address = host;
-  config.port = static_cast<std::uint16_t>(port);
+void set_address(const Address& address, serve::Config& config) {
+  if (!address.host.empty()) config.address = address.host;
+  config.port = address.port;
 }
 
 nlohmann::json as_json(const Config& config) {
@@ -124,12 +115,13 @@ int run(const Replay& replay) {
 
   Progress progress(source.size(), stderr);
   Graph graph(config, replay.rate, {source, dive, page ? &*page : nullptr, progress});
-  interrupt.on_interrupt([&graph] { graph.stop(); });
-  graph.join();
+  interrupt.on_interrupt([stop = graph.stop_source()]() mutable { stop.request_stop(); });
+  const std::exception_ptr fault = graph.join();
   for (const Alert& alert : dive.finish(rates(graph, begun), graph.dropped_at_end()))
     progress.add(alert);
   progress.finish();
-  if (page) page->finish();
+  if (fault) std::rethrow_exception(fault);
+  if (page) page->finish(graph.dropped_at_end());
   if (server && replay.keep_serving) interrupt.wait();
   return 0;
 }

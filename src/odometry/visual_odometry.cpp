@@ -82,6 +82,7 @@ struct VisualOdometry::State {
   void lose(const std::shared_ptr<const View>& view, LossReason reason, Orientation& out);
   void recover(const std::shared_ptr<const View>& view, Orientation& out);
   void gather(const std::shared_ptr<const View>& view, Orientation& out);
+  void wait(const std::shared_ptr<const View>& view, Orientation& out);
   bool start(Orientation& out);
   void give_up_waiting(Orientation& out);
 
@@ -164,22 +165,26 @@ void VisualOdometry::State::gather(const std::shared_ptr<const View>& view, Orie
       }
     } else if (matched.shift_px <
                config.key_frame_shift * std::min(view->camera().width, view->camera().height)) {
-      waiting.push_back(view);
-      if (waiting.size() > kMaxWaiting) {
-        const auto idle = std::find_if(waiting.begin(), waiting.end(), [&](const auto& v) {
-          return std::find(key_images.begin(), key_images.end(), v) == key_images.end();
-        });
-        out.lost.push_back((*idle)->frame->image);
-        waiting.erase(idle);
-      }
+      wait(view, out);
       return;
     }
   }
-  waiting.push_back(view);
+  wait(view, out);
   key_images.push_back(view);
   if (static_cast<int>(key_images.size()) < config.initial_images) return;
   if (start(out)) return;
   key_images.erase(key_images.begin());
+}
+
+// Waiting images hold their pixels: beyond so many the oldest that no start needs is given up.
+void VisualOdometry::State::wait(const std::shared_ptr<const View>& view, Orientation& out) {
+  waiting.push_back(view);
+  if (waiting.size() <= kMaxWaiting) return;
+  const auto idle = std::find_if(waiting.begin(), waiting.end(), [&](const auto& v) {
+    return std::find(key_images.begin(), key_images.end(), v) == key_images.end();
+  });
+  out.lost.push_back((*idle)->frame->image);
+  waiting.erase(idle);
 }
 
 bool VisualOdometry::State::start(Orientation& out) {
@@ -224,7 +229,7 @@ bool VisualOdometry::State::start(Orientation& out) {
 
 void VisualOdometry::State::orient_waiting(Orientation& out) {
   for (const auto& view : waiting) {
-    const auto result = resect_here(*view, std::nullopt, static_cast<int>(map->key_frames.size()));
+    const auto result = resect_here(*view, std::nullopt, config.relocalise_key_frames);
     if (!result.resection) {
       out.lost.push_back(view->frame->image);
       continue;

@@ -41,6 +41,7 @@ void add_window(const WindowFacts& window, std::uint64_t sequence, Ledger& ledge
 }
 
 void add_grid(const Grid& grid, Ledger& ledger) {
+  ++ledger.planes;
   for (const CloudPoint& point : grid.points()) {
     ++ledger.grid_points;
     ledger.farthest = std::max(ledger.farthest, point.x_in_survey.cwiseAbs().maxCoeff());
@@ -51,7 +52,6 @@ void add_facts(const Facts& facts, std::uint64_t sequence, Ledger& ledger) {
   if (facts.of_shot) add_shot(facts, ledger);
   add_orientation(facts, ledger);
   if (facts.window) add_window(*facts.window, sequence, ledger);
-  if (facts.plane) ++ledger.planes;
   if (facts.grid) add_grid(*facts.grid, ledger);
   if (facts.mosaic) ledger.mosaics.emplace(facts.mosaic->mosaic, *facts.mosaic);
   if (facts.projected) ledger.projected.push_back(*facts.projected);

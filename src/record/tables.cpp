@@ -43,9 +43,14 @@ std::string health_line(std::uint64_t number, const ImageFacts& image) {
       padded(number, 1) + ',' + csv_field(image.name) + ',' + seconds_text(image.time) + ',';
   line += image.rejected ? "rejected" : to_string(image.state);
   line += image.final ? ",1" : ",0";
-  line += ',' + padded(image.submap, 1) + ',' + padded(image.health.tie_points, 1);
+  // Images that start a map have no tie points at their own moment; their pose has.
+  const bool later = image.final && image.health.tie_points == 0;
+  const std::uint32_t tie_points = later ? image.final->tie_points : image.health.tie_points;
+  const double rms_px = later ? image.final->rms_px : image.health.rms_px;
+  const std::uint32_t submap = image.final ? image.final->submap : image.submap;
+  line += ',' + padded(submap, 1) + ',' + padded(tie_points, 1);
   for (const std::uint32_t count : image.health.by_quadrant) line += ',' + padded(count, 1);
-  for (const double value : {image.health.rms_px, image.health.sharpness, image.health.exposure}) {
+  for (const double value : {rms_px, image.health.sharpness, image.health.exposure}) {
     line += ',' + (std::isfinite(value) ? fixed(value, 3) : std::string());
   }
   return line + '\n';

@@ -22,8 +22,7 @@ SharedBytes Backlog::next() {
   const Record* data = newest_data();
   if (data == nullptr && told_ < records_->newest()) {
     told_ = records_->newest();
-    return std::make_shared<const wire::Bytes>(
-        wire::encode(wire::CaughtUp{told_, records_->evicted()}));
+    return std::make_shared<const wire::Bytes>(caught_up());
   }
   const Record* live = records_->oldest_after(Lane::live, live_sent_);
   if (live != nullptr && (data == nullptr || live_turn_)) {
@@ -35,6 +34,10 @@ SharedBytes Backlog::next() {
   live_turn_ = true;
   gaps_.back().last = data->sequence - 1;
   return data->bytes;
+}
+
+wire::Bytes Backlog::caught_up() const {
+  return wire::encode(wire::CaughtUp{told_, records_->evicted()});
 }
 
 const Record* Backlog::newest_data() {

@@ -19,6 +19,8 @@ class Backlog {
   /// The record to send next, taken as sent; null while there is none. State first; then data,
   /// newest first, in turn with live; CaughtUp when all that must be sent was.
   SharedBytes next();
+  /// What next() said last when all was sent.
+  wire::Bytes caught_up() const;
 
  private:
   /// Sequences among which data records are still to be sent.

@@ -94,6 +94,9 @@ class Viewer : public std::enable_shared_from_this<Viewer> {
   void dismiss(const websocket::close_reason& reason) { start(close(reason)); }
 
  private:
+  // A page hears no WebSocket pings; an idle server repeats itself well within the silence it
+  // bears.
+  static constexpr auto kBeat = std::chrono::seconds(3);
   static constexpr std::size_t kMessageBytes = 4 << 10;
   static constexpr std::size_t kInboundBytes = 8 << 10;  // per look: a hello and pongs are less
   static constexpr std::size_t kChunkBytes = 16 << 10;   // the grain in which progress is seen
@@ -161,9 +164,10 @@ class Viewer : public std::enable_shared_from_this<Viewer> {
         co_await send(*record);
         ++feed_.tally.sent;
       } else {
-        error_code ignored;
-        wake_.expires_at(Clock::time_point::max());
-        co_await wake_.async_wait(noting(ignored));
+        error_code woken;
+        wake_.expires_after(kBeat);
+        co_await wake_.async_wait(noting(woken));
+        if (!woken && !gone_) co_await send(backlog_->caught_up());
       }
     }
   }

@@ -36,7 +36,9 @@ TEST(Options, ReplayTakesEveryOption) {
   EXPECT_EQ(replay.settings.file, "n.toml");
   EXPECT_EQ(replay.settings.assignments,
             (std::vector<std::string>{"capture.scale=0.5", "odometry.window=3"}));
-  EXPECT_EQ(replay.serve, "0.0.0.0:8765");
+  ASSERT_TRUE(replay.serve);
+  EXPECT_EQ(replay.serve->host, "0.0.0.0");
+  EXPECT_EQ(replay.serve->port, 8765);
   EXPECT_TRUE(replay.keep_serving);
   EXPECT_EQ(replay.rate.kind, Rate::Kind::fixed);
   EXPECT_EQ(replay.rate.hz, 2.5);
@@ -55,6 +57,9 @@ TEST(Options, WrongCommandLinesExitWithTwo) {
       {"replay", "survey", "--out", "dive", "--rate", "nan"},
       {"replay", "survey", "--out", "dive", "--serve", "a:1", "--no-serve"},
       {"replay", "survey", "--out", "dive", "--keep-serving"},
+      {"replay", "survey", "--out", "dive", "--serve", "8765"},
+      {"replay", "survey", "--out", "dive", "--serve", "localhost:99999"},
+      {"replay", "survey", "--out", "dive", "--serve", "localhost:"},
       {"replay", "survey", "--out", "dive", "--depth", "3"},
       {"simulate", "--scene", "pool"},
       {"simulate", "--out", "f", "--scene", "moon"},

@@ -56,6 +56,7 @@ void expect_counts_add_up(const nlohmann::json& dive) {
   EXPECT_EQ(counts["captured"].get<std::uint64_t>(),
             counts["oriented"].get<std::uint64_t>() + counts["lost"].get<std::uint64_t>() + dropped)
       << counts;
+  EXPECT_EQ(counts["dropped"]["storage"], 0) << "an image is missing that nobody gave up";
 }
 
 TEST(Replay, StereoSurveyIsMappedInMetres) {
@@ -106,6 +107,7 @@ TEST(Replay, AtAGivenRateCountsWhatItDrops) {
   const auto json = dive_json(dive.folder);
   expect_counts_add_up(json);
   EXPECT_EQ(json["counts"]["captured"], 12);
+  EXPECT_GT(json["counts"]["dropped"]["queue_full"], 0);
 }
 
 TEST(Replay, DamagedImagesAreSkippedByName) {
@@ -135,7 +137,7 @@ TEST(Replay, WhatCannotStartExitsWithOneAndSaysWhy) {
           taken.log);
   EXPECT_EQ(taken.status, 1);
   EXPECT_EQ(contents(taken.folder / "precious.txt"), "mine");
-  EXPECT_EQ(replay(pool(), "wrong", "--set odometry.windo=3").status, 1);
+  EXPECT_EQ(replay(pool(), "wrong", "--set odometry.windo=3").status, 2);
   EXPECT_EQ(replay(pool(), "wrong", "--rate never").status, 2);
 }
 
@@ -166,6 +168,32 @@ TEST(Replay, TerminationEndsInGoodOrderWithAWholeDive) {
   const auto json = dive_json(dive);
   expect_counts_add_up(json);
   EXPECT_GE(json["counts"]["oriented"], 3);
+}
+
+TEST(Replay, ServingReplayEndsAtTheFirstSignalAfterTheDive) {
+  const fs::path dive = fresh_folder("served");
+  const pid_t child = fork();
+  if (child == 0) {
+    const std::string out = dive.string(), in = reef().string();
+    if (!std::freopen("/dev/null", "w", stderr)) _exit(126);
+    execl(kNadir.c_str(), "nadir", "replay", in.c_str(), "--out", out.c_str(), "--serve",
+          "127.0.0.1:0", "--keep-serving", nullptr);
+    _exit(127);
+  }
+  for (int i = 0; i < 2400 && !fs::exists(dive / "dive.json"); ++i) {
+    std::this_thread::sleep_for(std::chrono::milliseconds(50));
+  }
+  kill(child, SIGTERM);
+  int status = 0;
+  waitpid(child, &status, 0);
+  EXPECT_TRUE(WIFEXITED(status) && WEXITSTATUS(status) == 0) << status;
+  // The page's edges take part in the timing, never in the result.
+  const Dive unserved = replay(reef(), "unserved");
+  auto a = all_files(dive), b = all_files(unserved.folder);
+  a.erase("dive.json");
+  b.erase("dive.json");
+  EXPECT_EQ(a.size(), b.size());
+  for (const auto& [name, bytes] : a) EXPECT_TRUE(bytes == b[name]) << name << " differs";
 }
 
 TEST(Replay, KilledDiveIsMadeWholeByRecover) {

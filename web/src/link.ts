@@ -14,7 +14,7 @@ export interface LinkEvents {
 
 const FIRST_RETRY_MS = 500;
 const LAST_RETRY_MS = 5000;
-/** A server at work says something every second; a connection cut in silence is found out by this. */
+/** An idle server repeats its caught-up record every three seconds; a connection cut in silence is found out by this. */
 const SILENCE_MS = 10_000;
 
 /** Keeps one connection to the server, come what may, and resumes where the last one broke off. */

@@ -11,7 +11,7 @@ namespace nadir {
 
 using Time = std::int64_t;
 
-constexpr double seconds(Time time) { return static_cast<double>(time) * 1e-9; }
+constexpr double seconds(Time time) { return static_cast<double>(time) / 1e9; }
 inline Time from_seconds(double s) { return static_cast<Time>(std::llround(s * 1e9)); }
 
 }  // namespace nadir
