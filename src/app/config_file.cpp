@@ -69,6 +69,9 @@ std::string as_toml(const Value& value) {
 }  // namespace
 
 void read_config_file(const std::filesystem::path& file, Config& config) {
+  if (!std::filesystem::is_regular_file(file)) {
+    throw InputError(file.string() + ": is not a file; check the name given to --config");
+  }
   std::ifstream stream(file, std::ios::binary);
   if (!stream)
     throw InputError(file.string() + ": cannot be read; check the name given to --config");

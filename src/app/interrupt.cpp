@@ -14,6 +14,7 @@ sigset_t ending_signals() {
   sigemptyset(&set);
   sigaddset(&set, SIGINT);
   sigaddset(&set, SIGTERM);
+  sigaddset(&set, SIGHUP);
   return set;
 }
 
@@ -22,7 +23,9 @@ sigset_t ending_signals() {
 Interrupt::Interrupt() {
   const sigset_t set = ending_signals();
   pthread_sigmask(SIG_BLOCK, &set, nullptr);
-  std::signal(SIGPIPE, SIG_IGN);  // a closed socket or pipe is an error code, not the end
+  // A closed socket or pipe and a file grown too large are error codes, not the end.
+  std::signal(SIGPIPE, SIG_IGN);
+  std::signal(SIGXFSZ, SIG_IGN);
   thread_ = std::jthread([this] { listen(); });
 }
 

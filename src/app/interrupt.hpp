@@ -17,8 +17,8 @@ class Interrupt {
   Interrupt();
   ~Interrupt();
 
-  /// Called once, on this object's thread, at the first SIGINT or SIGTERM; at once when it has come
-  /// already.
+  /// Called once, on this object's thread, at the first SIGINT, SIGTERM or SIGHUP; at once when it
+  /// has come already.
   void on_interrupt(std::function<void()> action);
   bool received() const { return received_.load(); }
   /// Blocks until the signal comes.

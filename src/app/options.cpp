@@ -36,6 +36,8 @@ std::optional<Address> parse_address(const std::string& text) {
   return address;
 }
 
+std::string not_empty(const std::string& text) { return text.empty() ? "is empty" : ""; }
+
 void add_settings(CLI::App& app, Settings& settings) {
   app.add_option("--config", settings.file, "TOML file of settings; see --dump-config")
       ->type_name("FILE");
@@ -49,7 +51,8 @@ void describe_replay(CLI::App& verb, Replay& replay, std::string& address, std::
   verb.add_option("FOLDER", replay.folder, "survey folder, or a bare folder of images")->required();
   verb.add_option("--out", replay.dive, "dive folder to make; must not exist or be empty")
       ->type_name("DIVE")
-      ->required();
+      ->required()
+      ->check(not_empty);
   verb.add_option("--calib", replay.calibration, "camera file, over the folder's calib.yml")
       ->type_name("FILE");
   add_settings(verb, replay.settings);

@@ -36,6 +36,10 @@ void set_address(const Address& address, serve::Config& config) {
   config.port = address.port;
 }
 
+std::string in_url(const std::string& address) {
+  return address.find(':') == std::string::npos ? address : '[' + address + ']';
+}
+
 nlohmann::json as_json(const Config& config) {
   nlohmann::json json;
   for (const Setting& setting : settings()) {
@@ -111,19 +115,20 @@ int run(const Replay& replay) {
   }
   record::Dive dive(replay.dive, dive_info(replay, config, source), config.record);
   if (server)
-    std::fprintf(stderr, "the map: http://%s:%u\n", config.serve.address.c_str(), server->port());
+    std::fprintf(stderr, "the map: http://%s:%u\n", in_url(config.serve.address).c_str(),
+                 server->port());
 
   Progress progress(source.size(), stderr);
   Graph graph(config, replay.rate, {source, dive, page ? &*page : nullptr, progress});
   interrupt.on_interrupt([stop = graph.stop_source()]() mutable { stop.request_stop(); });
   const std::exception_ptr fault = graph.join();
-  for (const Alert& alert : dive.finish(rates(graph, begun), graph.dropped_at_end()))
-    progress.add(alert);
+  const std::vector<Alert> unwritten = dive.finish(rates(graph, begun), graph.dropped_at_end());
+  for (const Alert& alert : unwritten) progress.add(alert);
   progress.finish();
   if (fault) std::rethrow_exception(fault);
   if (page) page->finish(graph.dropped_at_end());
   if (server && replay.keep_serving) interrupt.wait();
-  return 0;
+  return unwritten.empty() ? 0 : 1;
 }
 
 }  // namespace nadir::app

@@ -48,6 +48,7 @@ CsvReader::CsvReader(const std::filesystem::path& file, const std::vector<std::s
   content_.assign(read.bytes.begin(), read.bytes.end());
   if (content_.starts_with("\xef\xbb\xbf")) at_ = 3;
   if (!next_line()) throw InputError(name_ + ": is empty; expected a header line");
+  columns_ = cells_.size();
   for (const std::string& column : columns) {
     const auto found = std::find_if(cells_.begin(), cells_.end(), [&](std::string_view cell) {
       return lower_case(cell) == column;
@@ -65,7 +66,8 @@ bool CsvReader::next_line() {
     ++line_number_;
     if (line.empty() || line.starts_with('#')) continue;
     cells_ = split(line);
-    return true;
+    const bool torn = end == content_.size() && cells_.size() < columns_;
+    return !torn;  // the power went while it was written
   }
   return false;
 }

@@ -31,6 +31,7 @@ class CsvReader {
   std::string name_;
   std::string content_;
   std::size_t at_ = 0;
+  std::size_t columns_ = 0;  ///< of the header line
   int line_number_ = 0;
   std::vector<std::string_view> cells_;
   std::vector<std::size_t> positions_;  ///< of the columns asked for

@@ -6,6 +6,12 @@
 
 namespace nadir::odometry {
 
+Alert no_map_alert(const Frame& last) {
+  return {last.time, last.image, AlertKind::tracking_lost,
+          "no map could be started: too few images, or no motion between them",
+          "take more images while moving over the ground, with at least 60 % overlap"};
+}
+
 Alert loss_alert(const Frame& frame, LossReason reason) {
   Alert alert{frame.time, frame.image, AlertKind::tracking_lost, {}, {}};
   const std::string image = "image " + std::to_string(frame.image) + ": ";

@@ -9,6 +9,9 @@ namespace nadir::odometry {
 
 enum class LossReason { blank_image, too_few_matches, too_large_motion };
 
+/// At the end of an input that gave no map; last: the newest image waited for.
+Alert no_map_alert(const Frame& last);
+
 Alert loss_alert(const Frame& frame, LossReason reason);
 
 }  // namespace nadir::odometry

@@ -52,6 +52,7 @@ struct Map {
   std::uint64_t first_id = 0;  ///< id of points[0] in the dive
   Scale scale;
   SurveyAxes axes = SurveyAxes::none;
+  bool uncertain = false;  ///< placed by attitude and dead reckoning only
 
   const KeyFrame& last() const { return key_frames.back(); }
   KeyFrame& key_frame(int i) { return key_frames[static_cast<std::size_t>(i)]; }

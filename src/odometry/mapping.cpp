@@ -295,6 +295,7 @@ Window make_window(const Map& map, int window, const AdjustmentSummary& summary)
   result.submap = map.submap;
   result.scale = map.scale;
   result.axes = map.axes;
+  result.uncertain = map.uncertain;
   result.rms_px = summary.rms_px;
   result.iterations = summary.iterations;
   result.converged = summary.converged;

@@ -201,6 +201,7 @@ bool VisualOdometry::State::start(Orientation& out) {
   move(*map, placed.survey_from_odometry);
   map->scale = placed.scale;
   map->axes = placed.axes;
+  map->uncertain = placed.uncertain;
   const Frame& first = *key_images.front()->frame;
   if (map->submap > 0) {
     out.alerts.push_back({first.time, first.image, AlertKind::submap_started,
@@ -368,6 +369,9 @@ Orientation VisualOdometry::process(std::shared_ptr<const Shot> shot) {
 
 Orientation VisualOdometry::finish() {
   Orientation out;
+  if (!state_->map && !state_->waiting.empty()) {
+    out.alerts.push_back(no_map_alert(*state_->waiting.back()->frame));
+  }
   state_->give_up_waiting(out);
   out.state = state_->tracking;
   out.submap = state_->map ? state_->map->submap : 0;

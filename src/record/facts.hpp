@@ -20,6 +20,7 @@ struct WindowFacts {
   std::uint32_t submap = 0;
   Scale scale;
   SurveyAxes axes = SurveyAxes::none;
+  bool uncertain = false;
   double rms_px = 0;
   std::vector<TiePoint> tie_points;
 };

@@ -34,6 +34,7 @@ void add_window(const WindowFacts& window, std::uint64_t sequence, Ledger& ledge
   ++ledger.windows;
   if (ledger.axes == SurveyAxes::none) ledger.axes = window.axes;
   ledger.scales[window.submap] = window.scale;
+  if (window.uncertain) ledger.uncertain.insert(window.submap);
   for (const TiePoint& point : window.tie_points) {
     ledger.tie_points[point.id] = sequence;
     ledger.farthest = std::max(ledger.farthest, point.x_in_survey.cwiseAbs().maxCoeff());

@@ -43,6 +43,7 @@ struct Ledger {
   /// Id of a tie point to the sequence of the record with its newest state.
   std::unordered_map<std::uint64_t, std::uint64_t> tie_points;
   std::map<std::uint32_t, Scale> scales;  ///< newest, by sub-map
+  std::set<std::uint32_t> uncertain;      ///< sub-maps placed by dead reckoning
   std::uint64_t windows = 0, planes = 0, grid_points = 0;
   double farthest = 0;  ///< largest coordinate of a point, tie point or grid's
   std::map<std::uint32_t, MosaicGrid> mosaics;

@@ -29,8 +29,6 @@ struct Range {
   std::uint64_t first, last;
 };
 
-// Only the first sub-map is placed by its own images; a later one by dead reckoning until it is
-// joined.
 json submaps_json(const Ledger& ledger) {
   std::map<std::uint32_t, Range> ranges;
   for (const auto& [number, image] : ledger.images) {
@@ -43,7 +41,7 @@ json submaps_json(const Ledger& ledger) {
                        {"first_image", range.first},
                        {"last_image", range.last},
                        {"joined", nullptr},
-                       {"uncertain", id != ranges.begin()->first}});
+                       {"uncertain", ledger.uncertain.contains(id)}});
   }
   return submaps;
 }

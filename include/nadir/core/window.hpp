@@ -62,6 +62,7 @@ struct Window {
   std::shared_ptr<const Frame> central;  ///< frame of images[n / 2]
   Scale scale;
   SurveyAxes axes = SurveyAxes::none;
+  bool uncertain = false;  ///< the sub-map was placed by attitude and dead reckoning only
   double rms_px = 0;
   int iterations = 0;
   bool converged = false;
