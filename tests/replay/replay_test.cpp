@@ -151,9 +151,14 @@ int interrupted(const fs::path& folder, const fs::path& dive, int signal) {
           nullptr);
     _exit(127);
   }
-  // Far enough for some images to be recorded: the first projected image is there.
-  for (int i = 0; i < 600; ++i) {
-    if (fs::exists(dive / "projected") && !fs::is_empty(dive / "projected")) break;
+  // Far enough for some images to be recorded: a second projected image has its world file.
+  const auto recorded = [&] {
+    std::error_code none_yet;
+    return std::count_if(fs::directory_iterator(dive / "projected", none_yet),
+                         fs::directory_iterator(),
+                         [](const auto& file) { return file.path().extension() == ".pgw"; });
+  };
+  for (int i = 0; i < 600 && recorded() < 2; ++i) {
     std::this_thread::sleep_for(std::chrono::milliseconds(50));
   }
   kill(child, signal);
@@ -188,7 +193,7 @@ TEST(Replay, ServingReplayEndsAtTheFirstSignalAfterTheDive) {
   waitpid(child, &status, 0);
   EXPECT_TRUE(WIFEXITED(status) && WEXITSTATUS(status) == 0) << status;
   // The page's edges take part in the timing, never in the result.
-  const Dive unserved = replay(reef(), "unserved");
+  const Dive unserved = replay(reef(), "unserved", "--set serve.port=0");
   auto a = all_files(dive), b = all_files(unserved.folder);
   a.erase("dive.json");
   b.erase("dive.json");
