@@ -4,6 +4,8 @@
 #include <gtest/gtest.h>
 #include <signal.h>
 
+#include <opencv2/core/utility.hpp>
+
 #include <thread>
 
 #include "nadir/simulate/write_survey.hpp"
@@ -21,6 +23,7 @@ const fs::path& survey(simulate::SceneKind scene, bool stereo, int images) {
   static std::map<std::tuple<simulate::SceneKind, bool, int>, fs::path> made;
   fs::path& folder = made[{scene, stereo, images}];
   if (folder.empty()) {
+    cv::setNumThreads(1);  // the thread sanitizer does not see how TBB synchronises
     folder = fresh_folder("survey-" + std::to_string(made.size()));
     simulate::Options options;
     options.scene = scene;
