@@ -180,9 +180,10 @@ TEST(Replay, TerminationEndsInGoodOrderWithAWholeDive) {
 
 TEST(Replay, ServingReplayEndsAtTheFirstSignalAfterTheDive) {
   const fs::path dive = fresh_folder("served");
+  const std::string out = dive.string(),
+                    in = reef().string();  // rendered by this process, not the child
   const pid_t child = fork();
   if (child == 0) {
-    const std::string out = dive.string(), in = reef().string();
     if (!std::freopen("/dev/null", "w", stderr)) _exit(126);
     execl(kNadir.c_str(), "nadir", "replay", in.c_str(), "--out", out.c_str(), "--serve",
           "127.0.0.1:0", "--keep-serving", nullptr);
