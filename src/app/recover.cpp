@@ -15,7 +15,8 @@ int run(const Recover& verb) {
               static_cast<unsigned long long>(found.oriented),
               static_cast<unsigned long long>(found.lost),
               static_cast<unsigned long long>(found.dropped),
-              found.was_complete ? "; the dive was complete" : "");
+              found.cut_off ? "; the recording was cut off" : "");
+  if (found.made.empty()) std::puts("nothing to make: every file that can be made is there");
   for (const std::string& file : found.made) std::printf("made %s\n", file.c_str());
   for (const std::string& file : found.damaged) std::printf("damaged: %s\n", file.c_str());
   if (found.missing_records > 0) {

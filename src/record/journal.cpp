@@ -136,6 +136,7 @@ bool JournalReader::open_segment() {
   Decoder decoder(header);
   decoder(magic, version, number, first_sequence);
   following_.reset();
+  if (next_segment_ == 1) following_ = 0;
   if (!file_ || magic != kSegmentMagic) return true;  // damaged: its records may still be whole
   if (version > kVersion) {
     throw InputError(name.string() + ": written by a later version of nadir; use that one");

@@ -4,6 +4,8 @@
 
 #include <algorithm>
 
+#include "nadir/core/check.hpp"
+
 namespace nadir::record {
 namespace {
 
@@ -132,9 +134,15 @@ Ledger read_ledger(const path& dive) {
   JournalReader journal(dive);
   Ledger ledger;
   ledger.about = nlohmann::json::object();
-  std::uint64_t unreadable = 0;
-  while (const auto record = journal.next()) {
+  std::uint64_t records = 0, unreadable = 0;
+  for (; const auto record = journal.next(); ++records) {
     if (!add_record(*record, ledger)) ++unreadable;
+  }
+  if (records == unreadable) {
+    throw InputError(dive.string() +
+                     ": no whole record in its journal: the recording was cut off as it began, or "
+                     "the journal was damaged since; nothing can be made from it, and the files "
+                     "that are there were left as they are");
   }
   ledger.missing_records = journal.missing() + unreadable;
   return ledger;

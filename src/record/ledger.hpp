@@ -58,7 +58,7 @@ struct Ledger {
   Scale scale() const;
 };
 
-/// Throws InputError as JournalReader does.
+/// Throws InputError as JournalReader does, and when not one record is whole.
 Ledger read_ledger(const path& dive);
 
 /// First record and last of a journal.

@@ -90,6 +90,7 @@ void count(const Ledger& ledger, const Previous& previous, Recovery& recovery) {
   recovery.dropped = counts.dropped();
   recovery.missing_records = ledger.missing_records;
   recovery.was_complete = previous.exists;
+  recovery.cut_off = !ledger.ended;
   // A journal whose end was there once has lost at least that.
   const bool had_end = previous.exists && !previous.cut_off;
   if (had_end && !ledger.ended && recovery.missing_records == 0) recovery.missing_records = 1;

@@ -96,7 +96,9 @@ TEST_F(Recovering, AnUnfinishedDiveTwiceIsTheSameAsOnce) {
   (void)recover(folder_);
   const auto once = read_all(folder_);
   EXPECT_TRUE(is_complete(folder_));
-  EXPECT_TRUE(recover(folder_).made.empty());
+  const Recovery again = recover(folder_);
+  EXPECT_TRUE(again.made.empty());
+  EXPECT_TRUE(again.cut_off);
   EXPECT_EQ(read_all(folder_), once);
 }
 
@@ -153,6 +155,27 @@ TEST_F(Recovering, LeavesADiveAloneThatIsBeingRecorded) {
   const auto before = read_all(folder_);
   EXPECT_THROW((void)recover(folder_), InputError);
   EXPECT_EQ(read_all(folder_), before);
+}
+
+TEST_F(Recovering, RefusesAJournalWithoutAWholeRecordAndTouchesNothing) {
+  record(true);
+  const auto size = read_text(folder_ / "journal-000.nadir").size();
+  for (const std::string& text : {std::string(), std::string(size, 'x')}) {
+    write_text(folder_ / "journal-000.nadir", text);
+    const auto before = read_all(folder_);
+    EXPECT_THROW((void)recover(folder_), InputError) << text.size();
+    EXPECT_EQ(read_all(folder_), before);
+  }
+}
+
+TEST_F(Recovering, CountsTheFirstRecordWhenTheJournalsBeginningIsDamaged) {
+  record(false);
+  std::string journal = read_text(folder_ / "journal-000.nadir");
+  journal.replace(0, 60, 60, 'x');
+  write_text(folder_ / "journal-000.nadir", journal);
+  const Recovery recovery = recover(folder_);
+  EXPECT_EQ(recovery.oriented, 6u);
+  EXPECT_EQ(recovery.missing_records, 1u);
 }
 
 TEST_F(Recovering, RefusesAFolderThatIsNoDive) {

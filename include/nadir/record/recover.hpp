@@ -18,7 +18,8 @@ struct Recovery {
   std::uint64_t projected = 0;        ///< projected images that are whole
   std::vector<std::string> damaged;   ///< files that cannot be made again, or could not be written
   std::vector<std::string> made;      ///< loose files made by this call
-  bool was_complete = false;          ///< the dive had been finished before
+  bool was_complete = false;          ///< the dive had been finished or recovered before
+  bool cut_off = false;               ///< its recording did not come to its end
 
   /// Nothing that was ever recorded is lost.
   bool whole() const { return missing_records == 0 && damaged.empty(); }
@@ -27,7 +28,7 @@ struct Recovery {
 /// May be called at any time, also on a complete dive, and cut off at any instant: the journal is
 /// only read. A loose file that is whole is left alone; one that changed since it was written is
 /// kept beside the new one as NAME.changed. Throws InputError when the folder is not a dive, is
-/// being recorded, or was written by a later version.
+/// being recorded, was written by a later version, or has no whole record.
 Recovery recover(const std::filesystem::path& dive);
 Recovery recover(const std::filesystem::path& dive, Disk& disk);
 
