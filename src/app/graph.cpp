@@ -31,13 +31,6 @@ reference::SurveyFrame::PlaneOf plane_of(const plane::Config& config) {
   };
 }
 
-Alert images_dropped(const Shot& shot, std::uint32_t count) {
-  return {
-      shot.time, shot.image, AlertKind::images_dropped,
-      std::to_string(count) + " images before this one were dropped, odometry could not keep up",
-      "lower the image rate or capture.scale"};
-}
-
 Alert skipped(const Orientation& orientation, std::uint32_t count) {
   const Shot* shot = orientation.shot.get();
   return {shot ? shot->time : 0, shot ? std::optional(shot->image) : std::nullopt, AlertKind::load,
@@ -47,6 +40,24 @@ Alert skipped(const Orientation& orientation, std::uint32_t count) {
 }
 
 }  // namespace
+
+void Dropped::add(std::uint64_t image, Time time, std::vector<Alert> own) {
+  ++images;
+  last_image = image;
+  last_time = time;
+  alerts.insert(alerts.end(), own.begin(), own.end());
+}
+
+std::vector<Alert> Dropped::told(std::uint64_t image, Time time) const {
+  std::vector<Alert> all = alerts;
+  if (images > 0) {
+    all.push_back({time, image, AlertKind::images_dropped,
+                   std::to_string(images) + " images up to image " + std::to_string(last_image) +
+                       " were dropped, odometry could not keep up",
+                   "lower the image rate or capture.scale"});
+  }
+  return all;
+}
 
 Graph::Graph(const Config& config, Rate rate, Ends ends)
     : rate_(rate),
@@ -160,13 +171,17 @@ bool Graph::capture_one() {
   if (stop_.stop_requested()) return false;
   std::optional<Shot> shot = ends_.source.next();
   if (!shot || !wait_for(*shot)) return false;
-  shot->dropped_before += dropped_;
-  if (dropped_ > 0) dropped_alerts_.push_back(images_dropped(*shot, dropped_));
-  shot->alerts.insert(shot->alerts.begin(), dropped_alerts_.begin(), dropped_alerts_.end());
-  std::vector<Alert> alerts = shot->alerts;
-  const bool taken = shots_.push(std::make_shared<const Shot>(*std::move(shot)));
-  dropped_ = taken ? 0 : dropped_ + 1;
-  dropped_alerts_ = taken ? std::vector<Alert>() : std::move(alerts);
+  std::vector<Alert> own = shot->alerts;
+  const std::uint64_t image = shot->image;
+  const Time time = shot->time;
+  shot->dropped_before += dropped_.images;
+  std::vector<Alert> before = dropped_.told(image, time);
+  shot->alerts.insert(shot->alerts.begin(), before.begin(), before.end());
+  if (shots_.push(std::make_shared<const Shot>(*std::move(shot)))) {
+    dropped_ = {};
+  } else {
+    dropped_.add(image, time, std::move(own));
+  }
   return true;
 }
 

@@ -25,6 +25,18 @@
 
 namespace nadir::app {
 
+/// Images that found no room since the last that did, and what they had to tell.
+struct Dropped {
+  std::uint32_t images = 0;
+  std::uint64_t last_image = 0;
+  Time last_time = 0;
+  std::vector<Alert> alerts;
+
+  void add(std::uint64_t image, Time time, std::vector<Alert> own);
+  /// Their alerts and one of how many they were, told with an image.
+  std::vector<Alert> told(std::uint64_t image, Time time) const;
+};
+
 /// Runs from construction. Everything given must outlive it; page may be null.
 class Graph {
  public:
@@ -47,7 +59,7 @@ class Graph {
   std::exception_ptr join();
 
   /// Images dropped after the last that found room; after join().
-  std::uint32_t dropped_at_end() const { return dropped_; }
+  const Dropped& dropped_at_end() const { return dropped_; }
 
   /// Of every stage, for dive.json and the page.
   std::vector<StageStats> stats() const;
@@ -90,8 +102,7 @@ class Graph {
   std::uint64_t shots_taken_ = 0;
   std::optional<Time> first_time_;
   // What did not find room since the last message that did, to be told with the next.
-  std::uint32_t dropped_ = 0;
-  std::vector<Alert> dropped_alerts_;
+  Dropped dropped_;
   std::uint32_t windows_skipped_ = 0, surfaces_skipped_ = 0;
 
   std::stop_source stop_;

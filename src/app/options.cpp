@@ -86,7 +86,7 @@ void describe_simulate(CLI::App& verb, Simulate& simulate) {
       ->check(CLI::IsMember({"pool", "transect", "reef", "wreck"}))
       ->capture_default_str();
   verb.add_option("--images", simulate.images, "how many; default by scene")
-      ->check(CLI::Range(1, 100000));
+      ->check(CLI::Range(1, 10000));
   verb.add_flag("--stereo", simulate.stereo, "pairs instead of single images");
   verb.add_option("--seed", simulate.seed, "the same seed makes the same bytes")
       ->check(CLI::NonNegativeNumber)

@@ -14,6 +14,7 @@ namespace {
 constexpr int kLiveWidth = 640;  // px; a tablet shows the live image in a corner
 constexpr int kLiveQuality = 75;
 constexpr auto kLivePeriod = std::chrono::milliseconds(100);  // machine.md: image 10 Hz
+constexpr auto kRatePeriod = std::chrono::seconds(10);
 constexpr int kGridQuality = 85;  // 150 x 100 cells: 5 to 8 kB, of at most 10 kB an image
 constexpr int kTileQuality = 92;  // within 8 grey levels of the mosaic file
 
@@ -54,8 +55,12 @@ void Publisher::send(serve::Lane lane, const Record& record) {
 }
 
 void Publisher::send_state() {
-  const double elapsed = std::chrono::duration<double>(Clock::now() - begun_).count();
-  state_.rate_hz = elapsed > 0 ? static_cast<double>(state_.captured) / elapsed : 0;
+  const Clock::time_point now = Clock::now();
+  recent_.emplace_back(now, state_.captured);
+  while (recent_.size() > 2 && now - recent_[1].first > kRatePeriod) recent_.pop_front();
+  const auto& [since, captured] = recent_.front();
+  const double elapsed = std::chrono::duration<double>(now - since).count();
+  state_.rate_hz = elapsed > 0 ? static_cast<double>(state_.captured - captured) / elapsed : 0;
   send(serve::Lane::state, state_);
 }
 
@@ -74,7 +79,8 @@ void Publisher::publish(const Orientation& orientation) {
     send(serve::Lane::data, pose);
   }
   if (orientation.window) {
-    for (const wire::TiePoints& block : tie_points_.update(orientation.window->tie_points)) {
+    for (const wire::TiePoints& block :
+         tie_points_.update(orientation.window->tie_points, orientation.window->given_up)) {
       send(serve::Lane::data, block);
     }
     state_.scale = orientation.window->scale;

@@ -4,6 +4,7 @@
 #pragma once
 
 #include <chrono>
+#include <deque>
 #include <set>
 #include <string>
 #include <tuple>
@@ -28,8 +29,7 @@ class Publisher {
   void publish(const MosaicUpdate& mosaic);
   void publish(const Alert& alert);
   void publish(const std::vector<StageStats>& stages);
-  /// The dive is mapped and its files are written; dropped_at_end: images dropped after the last
-  /// shot.
+  /// The dive is mapped; dropped_at_end: images dropped after the last shot.
   void finish(std::uint32_t dropped_at_end);
 
  private:
@@ -48,7 +48,8 @@ class Publisher {
   std::set<std::uint32_t> mosaics_;
   std::uint64_t alerts_ = 0;
   bool camera_sent_ = false;
-  Clock::time_point begun_ = Clock::now(), live_sent_{};
+  Clock::time_point live_sent_{};
+  std::deque<std::pair<Clock::time_point, std::uint64_t>> recent_;  ///< images captured by then
 };
 
 }  // namespace nadir::app

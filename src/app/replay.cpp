@@ -20,23 +20,25 @@ namespace {
 
 using Clock = std::chrono::steady_clock;
 
-Config configured(const Settings& settings) {
+// What the file says, then the command line; each is told apart when it is wrong.
+Config configured(const Settings& settings, const std::optional<Address>& address = {}) {
   Config config;
   if (settings.file) read_config_file(*settings.file, config);
+  config.check();
   try {
     for (const std::string& assignment : settings.assignments) read_assignment(assignment, config);
+    if (address && !address->host.empty()) config.serve.address = address->host;
+    if (address) config.serve.port = address->port;
+    config.check();
   } catch (const InputError& error) {
     throw UsageError(error.what());
   }
   return config;
 }
 
-void set_address(const Address& address, serve::Config& config) {
-  if (!address.host.empty()) config.address = address.host;
-  config.port = address.port;
-}
-
+// A page asked for under "every address" would be refused: it is nobody's name.
 std::string in_url(const std::string& address) {
+  if (address == "0.0.0.0" || address == "::") return "localhost";
   return address.find(':') == std::string::npos ? address : '[' + address + ']';
 }
 
@@ -90,16 +92,12 @@ nlohmann::json rates(const Graph& graph, Clock::time_point begun) {
 }  // namespace
 
 int run(const DumpConfig& dump_config) {
-  const Config config = configured(dump_config.settings);
-  config.check();
-  std::fputs(dump(config).c_str(), stdout);
+  std::fputs(dump(configured(dump_config.settings)).c_str(), stdout);
   return 0;
 }
 
 int run(const Replay& replay) {
-  Config config = configured(replay.settings);
-  if (replay.serve) set_address(*replay.serve, config.serve);
-  config.check();
+  const Config config = configured(replay.settings, replay.serve);
 
   // One thread per stage; more inside a stage would take cores from the others and change nothing
   // else.
@@ -122,11 +120,20 @@ int run(const Replay& replay) {
   Graph graph(config, replay.rate, {source, dive, page ? &*page : nullptr, progress});
   interrupt.on_interrupt([stop = graph.stop_source()]() mutable { stop.request_stop(); });
   const std::exception_ptr fault = graph.join();
-  const std::vector<Alert> unwritten = dive.finish(rates(graph, begun), graph.dropped_at_end());
-  for (const Alert& alert : unwritten) progress.add(alert);
+  const auto tell = [&](const Alert& alert) {
+    progress.add(alert);
+    if (page) page->publish(alert);
+  };
+  const Dropped& dropped = graph.dropped_at_end();
+  for (const Alert& alert : dropped.told(dropped.last_image, dropped.last_time)) {
+    dive.add(alert);
+    tell(alert);
+  }
+  const std::vector<Alert> unwritten = dive.finish(rates(graph, begun), dropped.images);
+  for (const Alert& alert : unwritten) tell(alert);
   progress.finish();
   if (fault) std::rethrow_exception(fault);
-  if (page) page->finish(graph.dropped_at_end());
+  if (page) page->finish(dropped.images);
   if (server && replay.keep_serving) interrupt.wait();
   return unwritten.empty() ? 0 : 1;
 }

@@ -93,6 +93,13 @@ std::vector<Setting> make_settings() {
   return {
       setting("capture.scale", &Config::capture, &capture::Config::scale,
               "processed size per side: 1, 0.5 or 0.25"),
+      setting(
+          "capture.mounting_roll_deg", &Config::capture, &capture::Config::mounting_roll_deg,
+          "of the camera in the vehicle, from looking down, image top forward: right side down,"),
+      setting("capture.mounting_pitch_deg", &Config::capture, &capture::Config::mounting_pitch_deg,
+              "looking ahead,"),
+      setting("capture.mounting_yaw_deg", &Config::capture, &capture::Config::mounting_yaw_deg,
+              "turned clockwise seen from above"),
       setting("odometry.initial_images", &Config::odometry, &odometry::Config::initial_images,
               "key images that start a map: 3 or 5"),
       setting("odometry.window", &Config::odometry, &odometry::Config::window,

@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "nadir/capture/folder_source.hpp"
 
+#include <cmath>
 #include <numbers>
 #include <opencv2/imgproc.hpp>
 
@@ -19,8 +20,23 @@ namespace nadir::capture {
 namespace fs = std::filesystem;
 
 void Config::check() const {
-  if (scale == 1 || scale == 0.5 || scale == 0.25) return;
-  throw InputError("capture.scale = " + std::to_string(scale) + ": must be 1, 0.5 or 0.25");
+  if (scale != 1 && scale != 0.5 && scale != 0.25) {
+    throw InputError("capture.scale = " + std::to_string(scale) + ": must be 1, 0.5 or 0.25");
+  }
+  for (const auto& [key, angle] : {std::pair{"roll", mounting_roll_deg},
+                                   {"pitch", mounting_pitch_deg},
+                                   {"yaw", mounting_yaw_deg}}) {
+    if (std::abs(angle) <= 180) continue;
+    throw InputError("capture.mounting_" + std::string(key) + "_deg = " + std::to_string(angle) +
+                     ": must be -180 to 180");
+  }
+}
+
+Eigen::Quaterniond Config::body_from_camera() const {
+  constexpr double kRadians = std::numbers::pi / 180;
+  const Attitude turned{kRadians * mounting_roll_deg, kRadians * mounting_pitch_deg,
+                        kRadians * mounting_yaw_deg};
+  return turned.ned_from_body() * CameraRig().body_from_camera;
 }
 
 struct FolderSource::State {
@@ -140,6 +156,7 @@ FolderSource::FolderSource(const fs::path& folder, const std::optional<fs::path>
   State& s = *state_;
   s.list = list_images(folder);
   s.full_rig = load_rig(folder, calibration, s.list);
+  s.full_rig.body_from_camera = config.body_from_camera();
   s.divisor = config.divisor();
   s.rig = std::make_shared<const CameraRig>(s.full_rig.reduced(s.divisor));
   require_a_fitting_image(s.list, s.full_rig);

@@ -6,24 +6,13 @@
 
 #include "codecs.hpp"
 #include "nadir/core/check.hpp"
+#include "nadir/image_io/reduce.hpp"
 
 namespace nadir::image_io {
 namespace {
 
 std::string size_text(int width, int height) {
   return std::to_string(width) + " x " + std::to_string(height) + " px";
-}
-
-// The last column and row of a size that is not a multiple are averaged with copies of themselves.
-cv::Mat reduce(const cv::Mat& image, int divisor) {
-  if (divisor == 1 || image.empty()) return image;
-  const int columns = (image.cols + divisor - 1) / divisor;
-  const int rows = (image.rows + divisor - 1) / divisor;
-  cv::Mat whole, reduced;
-  cv::copyMakeBorder(image, whole, 0, rows * divisor - image.rows, 0,
-                     columns * divisor - image.cols, cv::BORDER_REPLICATE);
-  cv::resize(whole, reduced, {columns, rows}, 0, 0, cv::INTER_AREA);
-  return reduced;
 }
 
 }  // namespace

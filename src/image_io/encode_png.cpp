@@ -37,6 +37,15 @@ Bytes header(const cv::Mat& image) {
   return data;
 }
 
+// PNG 1.2, 4.2.3.1: a registered keyword, a zero, the text.
+Bytes text(std::string_view description) {
+  constexpr std::string_view kKeyword = "Description";
+  Bytes data(kKeyword.begin(), kKeyword.end());
+  data.push_back(0);
+  data.insert(data.end(), description.begin(), description.end());
+  return data;
+}
+
 // Channels and bytes in PNG's order.
 cv::Mat in_file_order(const cv::Mat& image) {
   if (image.type() == CV_8UC1) return image;
@@ -88,7 +97,8 @@ Bytes compressed(const Bytes& data, PngEffort effort) {
 
 }  // namespace
 
-std::vector<std::uint8_t> encode_png(const cv::Mat& image, PngEffort effort) {
+std::vector<std::uint8_t> encode_png(const cv::Mat& image, PngEffort effort,
+                                     std::string_view description) {
   const int type = image.type();
   NADIR_CHECK(type == CV_8UC1 || type == CV_8UC3 || type == CV_8UC4 || type == CV_16UC1, type);
   constexpr std::size_t kLargestChunk = 0x7fffffff;
@@ -98,6 +108,7 @@ std::vector<std::uint8_t> encode_png(const cv::Mat& image, PngEffort effort) {
   Bytes file{0x89, 'P', 'N', 'G', '\r', '\n', 0x1a, '\n'};
   file.reserve(pixels.size() + 64);
   append_chunk(file, "IHDR", header(image));
+  if (!description.empty()) append_chunk(file, "tEXt", text(description));
   append_chunk(file, "IDAT", pixels);
   append_chunk(file, "IEND", {});
   return file;

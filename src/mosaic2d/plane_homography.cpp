@@ -7,6 +7,8 @@
 #include <opencv2/imgproc.hpp>
 #include <vector>
 
+#include "nadir/image_io/reduce.hpp"
+
 namespace nadir::mosaic2d {
 namespace {
 
@@ -197,14 +199,6 @@ int reduction(const View& view, const MosaicGrid& grid) {
   return ratio >= 4 ? 4 : ratio >= 2 ? 2 : 1;
 }
 
-cv::Mat reduced(const cv::Mat& bgr, int divisor) {
-  if (divisor == 1) return bgr;
-  const cv::Size size(bgr.cols / divisor, bgr.rows / divisor);
-  cv::Mat small;
-  cv::resize(bgr(cv::Rect({0, 0}, size * divisor)), small, size, 0, 0, cv::INTER_AREA);
-  return small;
-}
-
 }  // namespace
 
 std::optional<Vector3d> ground_point(const View& view, const Vector2d& pixel) {
@@ -265,7 +259,7 @@ ProjectedImage project_image(const cv::Mat& bgr, const View& view, const MosaicG
   const int divisor = reduction(view, grid);
   View seen = view;
   seen.camera = view.camera.reduced(divisor);
-  const cv::Mat source = reduced(bgr, divisor);
+  const cv::Mat source = image_io::reduce(bgr, divisor);
   cv::Mat opaque;
   cv::cvtColor(source, opaque, cv::COLOR_BGR2BGRA);
   projected.bgra = cv::Mat::zeros(raster.size(), CV_8UC4);

@@ -35,7 +35,7 @@ struct Footprint {
 std::optional<Footprint> footprint(const View& view);
 
 /// The pixels of the grid's raster that hold the footprint, with a margin of one; none beyond
-/// 2^30 px from the raster's origin or for more than max_pixels.
+/// 2^29 px from the raster's origin or for more than max_pixels.
 std::optional<cv::Rect> raster(const Footprint& footprint, const MosaicGrid& grid,
                                double max_pixels);
 

@@ -65,6 +65,7 @@ DepthPrior::DepthPrior(std::vector<DepthSample> samples) : samples_(std::move(sa
 }
 
 DepthPrior::Guess DepthPrior::at(const Eigen::Vector2d& ray) const {
+  if (!known_) return {};
   std::array<std::pair<double, double>, kNeighbours> near;  // squared distance, residual
   near.fill({1e300, 0});
   for (const auto& s : samples_) {

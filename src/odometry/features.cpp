@@ -76,8 +76,6 @@ std::vector<cv::KeyPoint> detect_corners(const cv::Mat& image, int wanted, int t
       corners.push_back(corner);
     }
   }
-  std::stable_sort(corners.begin(), corners.end(),
-                   [](const auto& a, const auto& b) { return a.response > b.response; });
   return corners;
 }
 

@@ -11,7 +11,7 @@
 
 namespace nadir::odometry {
 
-/// Parallel arrays, strongest corner first.
+/// Parallel arrays; finest level first, within a level the strongest corner first.
 struct Features {
   std::vector<Eigen::Vector2d> pixels;  ///< of the original, distorted image
   std::vector<Eigen::Vector2d> rays;    ///< normalised undistorted coordinates (x/z, y/z)

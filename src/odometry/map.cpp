@@ -29,6 +29,7 @@ void give_up(Map& map, int point) {
     std::erase(map.key_frame(s.key_frame).points, point);
   }
   map.point(point).sightings.clear();
+  map.given_up.push_back(point);
 }
 
 void give_up_sighting(Map& map, int point, int key_frame) {

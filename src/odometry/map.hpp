@@ -48,6 +48,7 @@ struct Map {
   std::shared_ptr<const CameraRig> rig;
   std::vector<KeyFrame> key_frames;
   std::vector<MapPoint> points;
+  std::vector<int> given_up;  ///< since the last window was made
   std::uint32_t submap = 0;
   std::uint64_t first_id = 0;  ///< id of points[0] in the dive
   Scale scale;

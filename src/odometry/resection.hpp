@@ -37,6 +37,9 @@ ResectionResult resect(const Map& map, const View& view, std::optional<Rigid3> p
 /// An image in which nothing can be measured.
 bool is_blank(const View& view);
 
+/// Why an image that matches nothing did not: silt and open water have corners too, but of noise.
+LossReason reason_without_matches(const View& view);
+
 /// Standard deviation of a described corner, in normalised coordinates of this camera.
 double corner_sigma(const CameraModel& camera);
 

@@ -161,7 +161,7 @@ void VisualOdometry::State::gather(const std::shared_ptr<const View>& view, Orie
     if (matched.pairs.size() < kMinPairs) {
       give_up_waiting(out);
       if (!std::exchange(alerted, true)) {
-        out.alerts.push_back(loss_alert(*view->frame, LossReason::too_large_motion));
+        out.alerts.push_back(loss_alert(*view->frame, reason_without_matches(*view)));
       }
     } else if (matched.shift_px <
                config.key_frame_shift * std::min(view->camera().width, view->camera().height)) {
@@ -208,7 +208,8 @@ bool VisualOdometry::State::start(Orientation& out) {
                           "sub-map " + std::to_string(map->submap) + " starts at image " +
                               std::to_string(first.image) +
                               (placed.uncertain ? ", its place is uncertain" : ""),
-                          "pass over ground seen before to join it"});
+                          "it is mapped apart from what came before; swim back to the last good "
+                          "ground to go on there"});
     out.alerts.push_back({out.shot ? out.shot->time : first.time,
                           out.shot ? out.shot->image : first.image, AlertKind::tracking_recovered,
                           "tracking again in a new sub-map", "none needed"});
@@ -303,10 +304,15 @@ void VisualOdometry::State::accept(const std::shared_ptr<const View>& view,
 
 void VisualOdometry::State::publish_window(const AdjustmentSummary& summary, int images,
                                            Orientation& out) {
-  auto window = std::make_shared<const Window>(make_window(*map, images, summary));
+  Window window = make_window(*map, images, summary);
   // A young map's window grows to its size; twice then the central image stays the same.
-  const std::uint64_t central = window->central->image;
-  if (std::exchange(last_central, central) != central) out.window = std::move(window);
+  const std::uint64_t central = window.central->image;
+  if (std::exchange(last_central, central) != central) {
+    for (const int point : std::exchange(map->given_up, {})) {
+      window.given_up.push_back(map->first_id + static_cast<std::uint64_t>(point));
+    }
+    out.window = std::make_shared<const Window>(std::move(window));
+  }
   next_id = map->first_id + map->points.size();
 }
 

@@ -5,6 +5,7 @@
 #include <opencv2/imgproc.hpp>
 
 #include "nadir/core/check.hpp"
+#include "nadir/image_io/reduce.hpp"
 #include "undistorted_grid.hpp"
 
 namespace nadir::projection3d {
@@ -30,18 +31,10 @@ bool centre_in_range(const Grid& grid) {
   return h(3) > 0 && (h.head<3>() / h(3) - grid.camera_in_survey).norm() <= grid.max_range;
 }
 
-cv::Mat reduced(const cv::Mat& image, int divisor) {
-  if (divisor == 1) return image;
-  const cv::Size size(image.cols / divisor, image.rows / divisor);
-  cv::Mat small;
-  cv::resize(image(cv::Rect({0, 0}, size * divisor)), small, size, 0, 0, cv::INTER_AREA);
-  return small;
-}
-
 cv::Mat cell_means(const cv::Mat& image, const UndistortedGrid& lens, int columns, int rows) {
   cv::Mat fine, cells;
-  cv::remap(reduced(image, lens.divisor), fine, lens.pixels, lens.fractions, cv::INTER_LINEAR,
-            cv::BORDER_REPLICATE);
+  cv::remap(image_io::reduce(image, lens.divisor), fine, lens.pixels, lens.fractions,
+            cv::INTER_LINEAR, cv::BORDER_REPLICATE);
   cv::resize(fine, cells, {columns, rows}, 0, 0, cv::INTER_AREA);
   return cells;
 }

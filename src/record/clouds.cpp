@@ -56,7 +56,8 @@ bool write_sparse(LooseFile& file, const Ledger& ledger, const path& dive) {
   for_each_shot(dive, [&](const Facts& facts, std::uint64_t sequence) {
     if (!facts.window) return;
     for (const TiePoint& point : facts.window->tie_points) {
-      if (ledger.tie_points.at(point.id) != sequence) continue;
+      const auto newest = ledger.tie_points.find(point.id);
+      if (newest == ledger.tie_points.end() || newest->second != sequence) continue;
       ply.point(point.x_in_survey, point.rgb);
       file.put(point.images);
       file.put(facts.window->submap);

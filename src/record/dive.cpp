@@ -142,7 +142,9 @@ int Dive::State::save_projected(const Entry& entry, Facts& facts) {
   const auto effort = config.small_png ? image_io::PngEffort::small : image_io::PngEffort::fast;
   ProjectedFile file;
   file.mosaic = entry.mosaic->grid->mosaic;
-  const int error = projected.write(*entry.mosaic->projected, effort, file);
+  const Scale scale = facts.window ? facts.window->scale : Scale();
+  const std::string description = "survey frame, " + survey_unit(scale);
+  const int error = projected.write(*entry.mosaic->projected, effort, description, file);
   if (error == 0) facts.projected = file;
   return error;
 }

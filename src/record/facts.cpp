@@ -86,7 +86,7 @@ namespace record {
 template <class Archive>
 void fields(Archive& archive, Is<WindowFacts> auto& window) {
   archive(window.submap, window.scale.source, window.scale.sigma, window.axes, window.uncertain,
-          window.rms_px, window.tie_points);
+          window.rms_px, window.tie_points, window.given_up);
 }
 
 template <class Archive>
@@ -128,7 +128,8 @@ void append(std::vector<Alert>& to, const std::vector<Alert>& alerts) {
 }
 
 WindowFacts facts_of(const Window& window) {
-  WindowFacts facts{window.submap, window.scale, window.axes, window.uncertain, window.rms_px, {}};
+  WindowFacts facts{window.submap, window.scale, window.axes,    window.uncertain,
+                    window.rms_px, {},           window.given_up};
   std::ranges::copy_if(window.tie_points, std::back_inserter(facts.tie_points),
                        [](const TiePoint& point) { return point.x_in_survey.allFinite(); });
   return facts;

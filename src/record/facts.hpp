@@ -23,6 +23,7 @@ struct WindowFacts {
   bool uncertain = false;
   double rms_px = 0;
   std::vector<TiePoint> tie_points;
+  std::vector<std::uint64_t> given_up;
 };
 
 /// A projected image as it lies on the disk: first as a spare file, at last under its own name.

@@ -41,6 +41,7 @@ void add_window(const WindowFacts& window, std::uint64_t sequence, Ledger& ledge
     ledger.tie_points[point.id] = sequence;
     ledger.farthest = std::max(ledger.farthest, point.x_in_survey.cwiseAbs().maxCoeff());
   }
+  for (const std::uint64_t id : window.given_up) ledger.tie_points.erase(id);
 }
 
 void add_grid(const Grid& grid, Ledger& ledger) {

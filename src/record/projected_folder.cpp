@@ -44,12 +44,12 @@ bool world_file_is_whole(const path& name, const WorldFile& world) {
 }  // namespace
 
 int ProjectedFolder::write(const ProjectedImage& image, image_io::PngEffort effort,
-                           ProjectedFile& file) {
+                           std::string_view description, ProjectedFile& file) {
   if (next_spare_ == spares_end_) {
     if (const int error = make_spares(); error != 0) return error;
   }
   const std::uint64_t spare = next_spare_++;  // one that failed is not used again
-  const Bytes png = image_io::encode_png(image.bgra, effort);
+  const Bytes png = image_io::encode_png(image.bgra, effort, description);
   const int error = write_and_sync(disk_, spare_name(dive_, spare), png);
   if (error != 0) {
     disk_.remove(spare_name(dive_, spare));

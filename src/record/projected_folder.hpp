@@ -16,7 +16,8 @@ class ProjectedFolder {
   ProjectedFolder(Disk& disk, const path& dive) : disk_(disk), dive_(dive) {}
 
   /// 0 when the image is durable in a spare file, which `file` then describes; else -errno.
-  int write(const ProjectedImage& image, image_io::PngEffort effort, ProjectedFile& file);
+  int write(const ProjectedImage& image, image_io::PngEffort effort, std::string_view description,
+            ProjectedFile& file);
   int publish(const ProjectedFile& file);
 
  private:

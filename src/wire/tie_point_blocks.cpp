@@ -9,11 +9,15 @@
 namespace nadir::wire {
 namespace {
 
+auto place_of(std::uint64_t id, TiePoints& block) {
+  return std::lower_bound(
+      block.points.begin(), block.points.end(), id % kTiePointBlock,
+      [](const TiePoints::Point& one, std::uint64_t other) { return one.index < other; });
+}
+
 void place(const TiePoint& point, TiePoints& block) {
   const auto index = static_cast<std::uint16_t>(point.id % kTiePointBlock);
-  auto at = std::lower_bound(
-      block.points.begin(), block.points.end(), index,
-      [](const TiePoints::Point& one, std::uint16_t other) { return one.index < other; });
+  auto at = place_of(point.id, block);
   if (at == block.points.end() || at->index != index) {
     at = block.points.insert(at, {.index = index});
   }
@@ -24,7 +28,8 @@ void place(const TiePoint& point, TiePoints& block) {
 
 }  // namespace
 
-std::vector<TiePoints> TiePointBlocks::update(std::span<const TiePoint> points) {
+std::vector<TiePoints> TiePointBlocks::update(std::span<const TiePoint> points,
+                                              std::span<const std::uint64_t> given_up) {
   std::set<std::uint64_t> touched;
   for (const TiePoint& point : points) {
     const std::uint64_t number = point.id / kTiePointBlock;
@@ -35,6 +40,14 @@ std::vector<TiePoints> TiePointBlocks::update(std::span<const TiePoint> points) 
     }
     place(point, block->second);
     touched.insert(number);
+  }
+  for (const std::uint64_t id : given_up) {
+    const auto block = blocks_.find(id / kTiePointBlock);
+    if (block == blocks_.end()) continue;
+    const auto at = place_of(id, block->second);
+    if (at == block->second.points.end() || at->index != id % kTiePointBlock) continue;
+    block->second.points.erase(at);
+    touched.insert(block->first);
   }
   std::vector<TiePoints> changed;
   for (const std::uint64_t number : touched) {

@@ -64,6 +64,7 @@ TEST(Options, WrongCommandLinesExitWithTwo) {
       {"simulate", "--scene", "pool"},
       {"simulate", "--out", "f", "--scene", "moon"},
       {"simulate", "--out", "f", "--images", "0"},
+      {"simulate", "--out", "f", "--images", "10001"},
       {"simulate", "--out", "f", "--seed", "-3"},
       {"recover"},
       {"help", "swim"},

@@ -84,6 +84,23 @@ TEST(FolderSource, GivesPairs) {
   EXPECT_EQ(shots[0].frame->rig->right->camera.fx, 41);
 }
 
+TEST(FolderSource, TurnsTheCameraAsItIsMounted) {
+  const SurveyFolder folder;
+  folder.images(1);
+  Config config;
+  config.mounting_pitch_deg = 30;
+  const FolderSource ahead(folder.root(), std::nullopt, config);
+  const Eigen::Vector3d axis = ahead.rig()->body_from_camera * Eigen::Vector3d::UnitZ();
+  EXPECT_LT((axis - Eigen::Vector3d(0.5, 0, std::sqrt(0.75))).norm(), 1e-12);
+  config = {};
+  config.mounting_yaw_deg = 90;  // the image's top points to starboard
+  const FolderSource turned(folder.root(), std::nullopt, config);
+  const Eigen::Vector3d top = turned.rig()->body_from_camera * -Eigen::Vector3d::UnitY();
+  EXPECT_LT((top - Eigen::Vector3d::UnitY()).norm(), 1e-12);
+  config.mounting_roll_deg = 181;
+  EXPECT_THROW(config.check(), InputError);
+}
+
 TEST(FolderSource, RejectsAnImageWithoutItsPartner) {
   const SurveyFolder folder;
   folder.write("calib.yml", SurveyFolder::stereo_calibration());

@@ -201,6 +201,25 @@ TEST(Alerts, AreOneObjectALine) {
   EXPECT_NEAR(alert["time_s"].get<double>(), 1700000001.123456791, 1e-6);
 }
 
+TEST(SparseCloud, LeavesOutWhatALaterWindowGaveUp) {
+  const SmallDive small;
+  const ScratchFolder scratch;
+  Dive dive(scratch / "dive", small.info(), {});
+  ASSERT_TRUE(dive.add(small.entry(0)).empty());
+  Entry entry = small.entry(1);
+  auto orientation = std::make_shared<Orientation>(*entry.orientation);
+  auto window = std::make_shared<Window>(*orientation->window);
+  window->given_up = {0};
+  orientation->window = window;
+  entry.orientation = orientation;
+  ASSERT_TRUE(dive.add(entry).empty());
+  ASSERT_TRUE(dive.finish({}).empty());
+  const std::size_t left = 2 * SmallDive::kPointsEach - 2;  // one seen twice, one given up
+  EXPECT_EQ(Ply(scratch / "dive/sparse.ply").rows.size(), left);
+  const json found = json::parse(read_text(scratch / "dive/dive.json"));
+  EXPECT_EQ(found["counts"]["tie_points"], left);
+}
+
 TEST(HealthTable, HasALineOfEachImage) {
   SmallDive small;
   small.rejected = 1;
@@ -270,18 +289,16 @@ TEST(Unscaled, IsSaidInEveryProduct) {
   const Recorded dive(small);
   EXPECT_TRUE(dive.dive_json()["area_m2"].is_null());
   EXPECT_TRUE(dive.dive_json()["scale"]["sigma"].is_null());
-  for (const char* name : {"dive.json", "trajectory.tum", "trajectory_live.tum", "sparse.ply",
-                           "projection3d.ply", "mosaic2d/mosaic-000.png.aux.xml"}) {
+  for (const char* name :
+       {"dive.json", "trajectory.tum", "trajectory_live.tum", "sparse.ply", "projection3d.ply",
+        "mosaic2d/mosaic-000.png.aux.xml", "projected/000003.png"}) {
     EXPECT_NE(read_text(dive / name).find("unscaled"), std::string::npos) << name;
     EXPECT_EQ(read_text(dive / name).find("metre"), std::string::npos) << name;
   }
 }
 
 TEST(Rasters, AreReadByGdalAtTheirPlace) {
-  if (output_of("gdalinfo --version").empty()) {
-    std::puts("not run: no gdal");
-    return;
-  }
+  ASSERT_FALSE(output_of("gdalinfo --version").empty()) << "install gdal-bin";
   const Recorded dive({});
   // Tiles (0, 0) and (1, -1) to (1, 2): the raster starts one tile left of pixel (0, 0).
   const json mosaic =

@@ -111,6 +111,13 @@ TEST(Replay, AtAGivenRateCountsWhatItDrops) {
   expect_counts_add_up(json);
   EXPECT_EQ(json["counts"]["captured"], 12);
   EXPECT_GT(json["counts"]["dropped"]["queue_full"], 0);
+  int told = 0;
+  std::istringstream alerts(contents(dive.folder / "alerts.jsonl"));
+  for (std::string line; std::getline(alerts, line);) {
+    const auto alert = nlohmann::json::parse(line);
+    if (alert["kind"] == "images_dropped") told += std::stoi(alert["message"].get<std::string>());
+  }
+  EXPECT_EQ(told, json["counts"]["dropped"]["queue_full"]);
 }
 
 TEST(Replay, DamagedImagesAreSkippedByName) {
@@ -141,6 +148,8 @@ TEST(Replay, WhatCannotStartExitsWithOneAndSaysWhy) {
   EXPECT_EQ(taken.status, 1);
   EXPECT_EQ(contents(taken.folder / "precious.txt"), "mine");
   EXPECT_EQ(replay(pool(), "wrong", "--set odometry.windo=3").status, 2);
+  EXPECT_EQ(replay(pool(), "wrong", "--set odometry.window=1").status, 2);
+  EXPECT_EQ(replay(pool(), "wrong", "--serve nowhere:80").status, 2);
   EXPECT_EQ(replay(pool(), "wrong", "--rate never").status, 2);
 }
 

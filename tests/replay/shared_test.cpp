@@ -118,8 +118,9 @@ TEST(FailureSequence, JumpIsNoticedAndBothSidesAreMapped) {
 TEST(FailureSequence, BlindedImagesAreLostAndTheRestIsOriented) {
   const auto dive = dive_of("rendered/failure_blank");
   if (!dive) return;
-  EXPECT_GE(dive->json["counts"]["oriented"], 28);
-  EXPECT_LE(dive->json["counts"]["oriented"], 28);
+  EXPECT_EQ(dive->json["counts"]["oriented"], 28);
+  EXPECT_EQ(dive->json["submaps"].size(), 1u);
+  EXPECT_NE(contents(dive->folder / "alerts.jsonl").find("blank image"), std::string::npos);
 }
 
 TEST(FailureSequence, ReturnIsOrientedWhole) {
@@ -156,7 +157,7 @@ TEST_P(RealSequence, IsOriented) {
   if (GetParam().one_map) {
     EXPECT_EQ(longest_submap(dive->json), 8);
   }
-  EXPECT_GE(oriented_in_submaps_of_five(*dive), std::min(GetParam().least_oriented, 60));
+  EXPECT_GE(oriented_in_submaps_of_five(*dive), GetParam().least_oriented);
 }
 
 TEST(OpenWater, RaisesTheAlertAndMakesNoMap) {
@@ -164,7 +165,7 @@ TEST(OpenWater, RaisesTheAlertAndMakesNoMap) {
   if (!dive) return;
   EXPECT_EQ(dive->json["counts"]["oriented"], 0);
   EXPECT_EQ(dive->json["submaps"].size(), 0u);
-  EXPECT_FALSE(contents(dive->folder / "alerts.jsonl").empty());
+  EXPECT_NE(contents(dive->folder / "alerts.jsonl").find("blank image"), std::string::npos);
 }
 
 // --- the pool's targets through the world files

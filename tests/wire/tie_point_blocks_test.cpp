@@ -39,6 +39,20 @@ TEST(TiePointBlocks, ReturnTheWholeOfATouchedBlockAndNothingElse) {
   EXPECT_NEAR(x_of(changed[0], 2), 4, 1e-6);
 }
 
+TEST(TiePointBlocks, LeaveOutWhatWasGivenUp) {
+  TiePointBlocks blocks;
+  blocks.update(std::vector{point(1, 1), point(2, 2), point(5 * kTiePointBlock, 9)});
+  const std::uint64_t unknown = 9 * kTiePointBlock;
+  const auto changed =
+      blocks.update({}, std::vector<std::uint64_t>{1, 3, 5 * kTiePointBlock, unknown});
+  ASSERT_EQ(changed.size(), 2U);
+  ASSERT_EQ(changed[0].points.size(), 1U);
+  EXPECT_EQ(changed[0].points[0].index, 2);
+  EXPECT_TRUE(changed[1].points.empty());
+  EXPECT_EQ(blocks.size(), 1U);
+  EXPECT_TRUE(decode_tie_points(encode(changed[1])));
+}
+
 TEST(TiePointBlocks, KeepAMillimetreFarFromTheOrigin) {
   TiePointBlocks blocks;
   const auto changed = blocks.update(std::vector{point(0, 1e6), point(1, 1e6 + 10.001)});

@@ -18,8 +18,15 @@ namespace nadir::capture {
 struct Config {
   double scale = 1;  ///< processed size per side: 1, 0.5 or 0.25
 
-  /// Throws InputError for any other scale.
+  // The camera in the vehicle, turned from looking down with the image's top forward: Tait-Bryan
+  // Z-Y-X about the body's axes (FRD).
+  double mounting_roll_deg = 0;   ///< right side down
+  double mounting_pitch_deg = 0;  ///< a camera that looks ahead by 30 degrees has +30
+  double mounting_yaw_deg = 0;    ///< clockwise seen from above
+
+  /// Throws InputError for any other scale, or an angle beyond 180 degrees.
   void check() const;
+  Eigen::Quaterniond body_from_camera() const;
   int divisor() const { return static_cast<int>(1 / scale); }
 };
 

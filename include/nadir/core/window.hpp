@@ -59,6 +59,7 @@ struct Window {
   std::uint32_t submap = 0;
   std::vector<ImagePose> images;  ///< n, oldest first
   std::vector<TiePoint> tie_points;
+  std::vector<std::uint64_t> given_up;   ///< ids of earlier tie points that proved wrong
   std::shared_ptr<const Frame> central;  ///< frame of images[n / 2]
   Scale scale;
   SurveyAxes axes = SurveyAxes::none;

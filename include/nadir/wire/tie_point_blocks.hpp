@@ -15,9 +15,10 @@ namespace nadir::wire {
 
 class TiePointBlocks {
  public:
-  /// Takes the points in, new or known, and returns the whole of each block they touched, blocks
-  /// ascending.
-  std::vector<TiePoints> update(std::span<const TiePoint> points);
+  /// Takes the points in, new or known, and those given up out, and returns the whole of each block
+  /// they touched, blocks ascending.
+  std::vector<TiePoints> update(std::span<const TiePoint> points,
+                                std::span<const std::uint64_t> given_up = {});
   /// Tie points known.
   std::size_t size() const;
 
