@@ -75,10 +75,6 @@ Alert restart_alert(const Surface& surface, const std::string& why) {
                "nothing to do: both mosaics are kept and share the survey's coordinates");
 }
 
-void require(bool good, const char* setting, const char* range) {
-  if (!good) throw InputError(std::string(setting) + " must be " + range + "; correct the setting");
-}
-
 }  // namespace
 
 struct Mosaicker::State {
@@ -119,18 +115,20 @@ struct Mosaicker::State {
 };
 
 void Config::check() const {
-  require(ground_sampling_distance >= 0 && ground_sampling_distance < 1e6,
-          "mosaic2d.ground_sampling_distance", "0 (automatic) or a length per pixel");
-  require(max_megapixels >= 0.1 && max_megapixels <= 64, "mosaic2d.max_megapixels", "0.1 to 64");
-  require(max_range > 1 && max_range <= 100, "mosaic2d.max_range",
-          "above 1 and at most 100 (a ratio of the distance to the plane)");
-  require(max_slope_deg > 0 && max_slope_deg < 90, "mosaic2d.max_slope_deg", "between 0 and 90");
-  require(restart_angle_deg > 0 && restart_angle_deg <= 180, "mosaic2d.restart_angle_deg",
-          "above 0 and at most 180");
-  require(restart_offset > 0, "mosaic2d.restart_offset", "above 0");
-  require(restart_rms > 1, "mosaic2d.restart_rms", "above 1");
-  require(restart_zoom > 1, "mosaic2d.restart_zoom", "above 1");
-  require(restart_after >= 1, "mosaic2d.restart_after", "at least 1");
+  require_setting(ground_sampling_distance >= 0 && ground_sampling_distance < 1e6,
+                  "mosaic2d.ground_sampling_distance", "0 (automatic) or a length per pixel");
+  require_setting(max_megapixels >= 0.1 && max_megapixels <= 64, "mosaic2d.max_megapixels",
+                  "0.1 to 64");
+  require_setting(max_range > 1 && max_range <= 100, "mosaic2d.max_range",
+                  "above 1 and at most 100 (a ratio of the distance to the plane)");
+  require_setting(max_slope_deg > 0 && max_slope_deg < 90, "mosaic2d.max_slope_deg",
+                  "between 0 and 90");
+  require_setting(restart_angle_deg > 0 && restart_angle_deg <= 180, "mosaic2d.restart_angle_deg",
+                  "above 0 and at most 180");
+  require_setting(restart_offset > 0, "mosaic2d.restart_offset", "above 0");
+  require_setting(restart_rms > 1, "mosaic2d.restart_rms", "above 1");
+  require_setting(restart_zoom > 1, "mosaic2d.restart_zoom", "above 1");
+  require_setting(restart_after >= 1, "mosaic2d.restart_after", "at least 1");
 }
 
 Mosaicker::Mosaicker(const Config& config) : config_(config), state_(std::make_unique<State>()) {}

@@ -11,6 +11,7 @@
 #include "relative_orientation.hpp"
 #include "sighting.hpp"
 #include "triangulation.hpp"
+#include "window.hpp"
 
 namespace nadir::odometry {
 namespace {

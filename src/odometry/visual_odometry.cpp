@@ -10,8 +10,10 @@
 #include "initialisation.hpp"
 #include "loss.hpp"
 #include "mapping.hpp"
+#include "motion.hpp"
 #include "nadir/core/check.hpp"
 #include "resection.hpp"
+#include "window.hpp"
 
 namespace nadir::odometry {
 namespace {
@@ -26,11 +28,6 @@ struct Follower {
   ImagePose pose;
   int key_frame = 0;
   Rigid3 camera_from_key_frame;
-};
-
-struct Moment {
-  Time time = 0;
-  Rigid3 camera_from_map;
 };
 
 Health health_of(const View& view) {
@@ -91,8 +88,6 @@ struct VisualOdometry::State {
   void orient_waiting(Orientation& out);
   void publish_window(const AdjustmentSummary& summary, int images, Orientation& out);
   ResectionResult resect_here(const View& view, std::optional<Rigid3> predicted, int key_frames);
-  std::optional<Rigid3> predict(Time time) const;
-  double shift(const Resection& resection) const;
 };
 
 void VisualOdometry::State::process(const std::shared_ptr<const View>& view, Orientation& out) {
@@ -108,7 +103,7 @@ void VisualOdometry::State::process(const std::shared_ptr<const View>& view, Ori
 }
 
 void VisualOdometry::State::follow(const std::shared_ptr<const View>& view, Orientation& out) {
-  const auto result = resect_here(*view, predict(view->frame->time), 3);
+  const auto result = resect_here(*view, predict(track, view->frame->time), 3);
   if (!result.resection) return lose(view, result.reason, out);
   accept(view, *result.resection, out);
 }
@@ -257,7 +252,7 @@ void VisualOdometry::State::accept(const std::shared_ptr<const View>& view,
   count(out.health, resection, view->camera());
   alerted = false;
   const auto shorter = std::min(view->camera().width, view->camera().height);
-  const bool new_ground = shift(resection) > config.key_frame_shift * shorter ||
+  const bool new_ground = shift_since_last(*map, resection) > config.key_frame_shift * shorter ||
                           static_cast<int>(resection.seen.size()) < config.tie_points / 4;
   Rigid3 pose = resection.camera_from_map;
   if (new_ground) {
@@ -323,30 +318,6 @@ ResectionResult VisualOdometry::State::resect_here(const View& view,
   const int last = static_cast<int>(map->key_frames.size()) - 1;
   for (int k = last; k >= 0 && k > last - key_frames; --k) references.push_back(k);
   return resect(*map, view, predicted, references, config);
-}
-
-std::optional<Rigid3> VisualOdometry::State::predict(Time time) const {
-  if (track.empty()) return std::nullopt;
-  if (track.size() < 2 || track[1].time <= track[0].time) return track.back().camera_from_map;
-  const double share =
-      std::clamp(seconds(time - track[1].time) / seconds(track[1].time - track[0].time), 0.0, 3.0);
-  const Rigid3 step = track[1].camera_from_map * track[0].camera_from_map.inverse();
-  const Rigid3 onward{Eigen::Quaterniond::Identity().slerp(share, step.rotation),
-                      share * step.translation};
-  return onward * track[1].camera_from_map;
-}
-
-// Median image motion since the last key frame, px.
-double VisualOdometry::State::shift(const Resection& resection) const {
-  std::vector<double> shifts;
-  for (const Seen& s : resection.seen) {
-    const auto before = map->rig->left.project(map->last().camera_from_map * map->point(s.point).x);
-    if (before) shifts.push_back((s.pixel - *before).norm());
-  }
-  if (shifts.empty()) return 1e9;
-  const auto middle = shifts.begin() + static_cast<std::ptrdiff_t>(shifts.size() / 2);
-  std::nth_element(shifts.begin(), middle, shifts.end());
-  return *middle;
 }
 
 VisualOdometry::VisualOdometry(Config config, Placement placement)

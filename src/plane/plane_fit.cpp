@@ -73,21 +73,18 @@ std::string refusal(const Plane& plane, std::span<const ImagePose> images, const
   return {};
 }
 
-void require(bool good, const char* setting, const char* range) {
-  if (!good) throw InputError(std::string(setting) + " must be " + range + "; correct the setting");
-}
-
 }  // namespace
 
 void Config::check() const {
-  require(min_images >= 1, "plane.min_images", "at least 1");
-  require(max_reprojection_px > 0, "plane.max_reprojection_px", "above 0");
-  require(inlier_distance > 0 && inlier_distance < 1, "plane.inlier_distance",
-          "between 0 and 1 (a ratio of the viewing distance)");
-  require(min_inlier_ratio > 0 && min_inlier_ratio <= 1, "plane.min_inlier_ratio",
-          "above 0 and at most 1");
-  require(max_tilt_deg > 0 && max_tilt_deg < 90, "plane.max_tilt_deg", "between 0 and 90");
-  require(max_iterations >= 1 && max_iterations <= 100000, "plane.max_iterations", "1 to 100000");
+  require_setting(min_images >= 1, "plane.min_images", "at least 1");
+  require_setting(max_reprojection_px > 0, "plane.max_reprojection_px", "above 0");
+  require_setting(inlier_distance > 0 && inlier_distance < 1, "plane.inlier_distance",
+                  "between 0 and 1 (a ratio of the viewing distance)");
+  require_setting(min_inlier_ratio > 0 && min_inlier_ratio <= 1, "plane.min_inlier_ratio",
+                  "above 0 and at most 1");
+  require_setting(max_tilt_deg > 0 && max_tilt_deg < 90, "plane.max_tilt_deg", "between 0 and 90");
+  require_setting(max_iterations >= 1 && max_iterations <= 100000, "plane.max_iterations",
+                  "1 to 100000");
 }
 
 Fit fit_plane(std::span<const TiePoint> tie_points, std::span<const ImagePose> images,

@@ -39,10 +39,6 @@ cv::Mat cell_means(const cv::Mat& image, const UndistortedGrid& lens, int column
   return cells;
 }
 
-void require(bool good, const char* setting, const char* range) {
-  if (!good) throw InputError(std::string(setting) + " must be " + range + "; correct the setting");
-}
-
 }  // namespace
 
 struct PlaneProjection::Lens {
@@ -51,10 +47,10 @@ struct PlaneProjection::Lens {
 };
 
 void Config::check() const {
-  require(columns >= 2 && columns <= 1000, "projection3d.columns", "2 to 1000");
-  require(rows >= 2 && rows <= 1000, "projection3d.rows", "2 to 1000");
-  require(max_range > 1 && max_range <= 100, "projection3d.max_range",
-          "above 1 and at most 100 (a ratio of the distance to the plane)");
+  require_setting(columns >= 2 && columns <= 1000, "projection3d.columns", "2 to 1000");
+  require_setting(rows >= 2 && rows <= 1000, "projection3d.rows", "2 to 1000");
+  require_setting(max_range > 1 && max_range <= 100, "projection3d.max_range",
+                  "above 1 and at most 100 (a ratio of the distance to the plane)");
 }
 
 PlaneProjection::PlaneProjection(const Config& config) : config_(config) {}

@@ -21,6 +21,11 @@ class InputError : public std::runtime_error {
   using std::runtime_error::runtime_error;
 };
 
+/// For Config::check(): what a setting's value must be, when it is not.
+inline void require_setting(bool good, const char* setting, const char* range) {
+  if (!good) throw InputError(std::string(setting) + " must be " + range + "; correct the setting");
+}
+
 template <class... Values>
 [[noreturn]] void fail_contract(const char* condition, const char* file, int line,
                                 const Values&... values) {
