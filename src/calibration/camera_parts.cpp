@@ -103,7 +103,8 @@ void check_camera(const Fields& file, const std::string& matrix_key,
   }
 }
 
-Eigen::Quaterniond set_rotation(const Fields& file, const std::string& key, const Matrix3d& given) {
+Eigen::Quaterniond nearest_rotation(const Fields& file, const std::string& key,
+                                    const Matrix3d& given) {
   constexpr double kRounding = 1e-3;
   const Eigen::JacobiSVD<Matrix3d> svd(given, Eigen::ComputeFullU | Eigen::ComputeFullV);
   const Matrix3d nearest = svd.matrixU() * svd.matrixV().transpose();
@@ -119,7 +120,7 @@ Rigid3 read_transform(const Fields& file, const std::string& key) {
   if (!t.row(3).isApprox(Eigen::RowVector4d(0, 0, 0, 1))) {
     file.fail(key, "does not end with the row 0 0 0 1", "correct it");
   }
-  return {set_rotation(file, key, t.topLeftCorner<3, 3>()), t.topRightCorner<3, 1>()};
+  return {nearest_rotation(file, key, t.topLeftCorner<3, 3>()), t.topRightCorner<3, 1>()};
 }
 
 CameraRig pair(const Fields& file, const std::string& rotation_key,

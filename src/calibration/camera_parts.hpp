@@ -34,8 +34,8 @@ void check_camera(const Fields& file, const std::string& matrix_key,
                   const std::string& distortion_key, const CameraModel& camera);
 
 /// The nearest rotation: printed ones are rounded.
-Eigen::Quaterniond set_rotation(const Fields& file, const std::string& key,
-                                const Eigen::Matrix3d& matrix);
+Eigen::Quaterniond nearest_rotation(const Fields& file, const std::string& key,
+                                    const Eigen::Matrix3d& matrix);
 
 /// A 4 x 4 rigid transform, metres.
 Rigid3 read_transform(const Fields& file, const std::string& key);

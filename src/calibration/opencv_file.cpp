@@ -71,7 +71,7 @@ CameraRig read_opencv(const Fields& file) {
   rig.left = read_camera(file, "");
   if (!describes_a_pair(file)) return rig;
   const CameraModel right = read_camera(file, "_right");
-  const auto rotation = set_rotation(file, "R", sized_matrix(file, "R", 3, 3));
+  const auto rotation = nearest_rotation(file, "R", sized_matrix(file, "R", 3, 3));
   const std::vector<double> t = file.numbers("T", 3);
   return pair(file, "R", "T", rig.left, right, {rotation, {t[0], t[1], t[2]}});
 }
