@@ -11,6 +11,8 @@ find_package(Boost 1.74 REQUIRED)                     # serve (Beast and Asio, h
 find_package(nlohmann_json 3.11 REQUIRED)             # record, app
 find_package(CLI11 REQUIRED)                          # app
 find_package(tomlplusplus 3.3 REQUIRED)                # app
+find_package(yaml-cpp 0.7 REQUIRED)                   # calibration
+find_package(pugixml 1.13 REQUIRED)                   # calibration
 find_package(PkgConfig REQUIRED)
 pkg_check_modules(turbojpeg REQUIRED IMPORTED_TARGET libturbojpeg)      # image_io
 

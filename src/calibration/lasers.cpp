@@ -3,11 +3,12 @@
 #include "nadir/calibration/lasers.hpp"
 
 #include "fields.hpp"
+#include "text_file.hpp"
 
 namespace nadir::calibration {
 namespace {
 
-LaserColour read_colour(const FieldFile& file) {
+LaserColour read_colour(const Fields& file) {
   if (!file.has("colour")) return LaserColour::green;
   const std::string name = file.word("colour");
   if (name == "red") return LaserColour::red;
@@ -16,7 +17,7 @@ LaserColour read_colour(const FieldFile& file) {
   file.fail("colour", "is not red, green or blue", "use one of the three");
 }
 
-std::vector<Eigen::Vector3d> read_origins(const FieldFile& file) {
+std::vector<Eigen::Vector3d> read_origins(const Fields& file) {
   const Eigen::MatrixXd rows = file.matrix("origins_camera_m");
   constexpr double kFarthest = 10;  // metres from the camera
   if (rows.cols() != 3 || rows.cwiseAbs().maxCoeff() > kFarthest) {
@@ -27,7 +28,7 @@ std::vector<Eigen::Vector3d> read_origins(const FieldFile& file) {
   return origins;
 }
 
-Eigen::Vector3d read_direction(const FieldFile& file) {
+Eigen::Vector3d read_direction(const Fields& file) {
   const Eigen::MatrixXd given = file.matrix("direction_camera");
   if (given.size() != 3 || !(given.norm() > 1e-6)) {
     file.fail("direction_camera", "must be a vector of three", "correct it");
@@ -38,7 +39,9 @@ Eigen::Vector3d read_direction(const FieldFile& file) {
 }  // namespace
 
 Lasers load_lasers(const std::filesystem::path& path) {
-  const FieldFile file(path);
+  const Field root = parse_fields(read_text(path), path.string(), "OpenCV YAML or XML");
+  const Fields file(root, path.string());
+  file.require_opencv();
   constexpr double kClosest = 0.005, kFarthest = 10;  // metres
   Lasers lasers;
   lasers.separation = file.number("separation_m");

@@ -11,8 +11,8 @@
 namespace nadir::calibration {
 
 struct Doubt {
-  std::string key;  ///< only where the caller cannot know it
   std::string fault, remedy;
+  bool about_rotation = false;  ///< of a pair, else about its translation
 };
 
 /// Focal lengths and principal point; none when plausible.

@@ -227,7 +227,7 @@ TEST(RigFile, RefusesHugeDeepAndForeignFiles) {
   EXPECT_NE(refusal("%YAML:1.0\n---\na: " + deep + "\n"), "accepted");
   std::string nested = "<opencv_storage>";
   for (int i = 0; i < 100'000; ++i) nested += "<a>";
-  EXPECT_THAT(refusal(nested), HasSubstr("no </"));
+  EXPECT_THAT(refusal(nested), HasSubstr("tags mismatch"));
   EXPECT_THAT(refusal(std::string("a\0b: 1", 6)), HasSubstr("not a text file"));
   EXPECT_THAT(refusal("{\"fx\": 1}"), HasSubstr("JSON"));
   EXPECT_THAT(refusal("<document><a/></document>"), HasSubstr("not written by OpenCV"));
@@ -259,22 +259,6 @@ TEST(RigFile, SurvivesDamageOfAnyKind) {
     accepted += refusal(text) == "accepted" ? 1 : 0;
   }
   EXPECT_GT(accepted, 0);  // damage to digits cannot always be seen
-}
-
-TEST(RigFile, ReadsOrRefusesEveryRealFileWithAReason) {
-  const std::filesystem::path folder = std::filesystem::path(NADIR_SHARED_DATA) / "real/calib";
-  if (!std::filesystem::exists(folder)) GTEST_SKIP() << "not run: no data";
-  for (const auto& entry : std::filesystem::recursive_directory_iterator(folder)) {
-    if (!entry.is_regular_file()) continue;
-    try {
-      const CameraRig rig = load_rig(entry.path());
-      std::printf("%s: read, %d x %d px\n", entry.path().filename().c_str(), rig.left.width,
-                  rig.left.height);
-    } catch (const InputError& error) {
-      EXPECT_THAT(error.what(), HasSubstr(entry.path().filename().string()));
-      std::printf("%s\n", error.what() + folder.string().size() + 1);
-    }
-  }
 }
 
 TEST(RigFile, ReadsTheCalibrationOfEverySequence) {
