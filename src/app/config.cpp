@@ -3,6 +3,7 @@
 #include "config.hpp"
 
 #include <algorithm>
+#include <cmath>
 #include <numeric>
 
 #include "nadir/core/check.hpp"
@@ -25,9 +26,18 @@ std::size_t edit_distance(const std::string& a, const std::string& b) {
   return row.back();
 }
 
+constexpr double kMost = 1e9;  // of any setting; beyond lies only a slip
+
 }  // namespace
 
 void Config::check() const {
+  for (const Setting& setting : settings()) {
+    const Value value = setting.get(*this);
+    const double* number = std::get_if<double>(&value);
+    if (number && !(std::abs(*number) <= kMost)) {
+      throw InputError(setting.key + " must be a number up to 1e9; correct the setting");
+    }
+  }
   capture.check();
   odometry.check();
   reference.check();

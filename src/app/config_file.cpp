@@ -83,7 +83,9 @@ void read_config_file(const std::filesystem::path& file, Config& config) {
 void read_assignment(const std::string& assignment, Config& config) {
   const std::string where = "--set " + assignment;
   const auto equals = assignment.find('=');
-  if (equals == std::string::npos) throw InputError(where + ": the form is room.key=value");
+  if (equals == std::string::npos || assignment.find('\n') != std::string::npos) {
+    throw InputError(where + ": the form is room.key=value");
+  }
   const std::string text = assignment.substr(equals + 1);
   Value value = text;
   try {

@@ -4,6 +4,7 @@
 
 #include <pthread.h>
 
+#include <chrono>
 #include <csignal>
 
 namespace nadir::app {
@@ -48,8 +49,12 @@ void Interrupt::listen() {
   received_ = true;
   received_.notify_all();
   if (const auto action = action_.exchange(nullptr)) (*action)();
-  // A second signal ends the process at once, as if it had never been caught.
+  // A second signal ends the process at once, as if it had never been caught; not one that comes
+  // with the first, as when a shell signals a process and then its group.
+  constexpr auto kEcho = std::chrono::seconds(1);
+  const auto first = std::chrono::steady_clock::now();
   while (sigwait(&set, &signal) == 0 && !ending_) {
+    if (std::chrono::steady_clock::now() - first < kEcho) continue;
     std::signal(signal, SIG_DFL);
     pthread_sigmask(SIG_UNBLOCK, &set, nullptr);
     raise(signal);

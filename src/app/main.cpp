@@ -13,8 +13,9 @@ constexpr int kCouldNot = 1, kWrongCommandLine = 2;
 
 int main(int argc, char** argv) {
   try {
-    return std::visit([](const auto& command) { return nadir::app::run(command); },
-                      nadir::app::parse_command_line(argc, argv));
+    const int status = std::visit([](const auto& command) { return nadir::app::run(command); },
+                                  nadir::app::parse_command_line(argc, argv));
+    return std::fflush(stdout) == 0 ? status : kCouldNot;
   } catch (const nadir::app::UsageError& error) {
     std::fprintf(stderr, "nadir: %s\n", error.what());
     return kWrongCommandLine;

@@ -81,7 +81,8 @@ void describe_replay(CLI::App& verb, Replay& replay, std::string& address, std::
 void describe_simulate(CLI::App& verb, Simulate& simulate) {
   verb.add_option("--out", simulate.folder, "survey folder to make; must not exist or be empty")
       ->type_name("FOLDER")
-      ->required();
+      ->required()
+      ->check(not_empty);
   verb.add_option("--scene", simulate.scene)
       ->check(CLI::IsMember({"pool", "transect", "reef", "wreck"}))
       ->capture_default_str();

@@ -23,8 +23,14 @@ using Clock = std::chrono::steady_clock;
 // What the file says, then the command line; each is told apart when it is wrong.
 Config configured(const Settings& settings, const std::optional<Address>& address = {}) {
   Config config;
-  if (settings.file) read_config_file(*settings.file, config);
-  config.check();
+  if (settings.file) {
+    read_config_file(*settings.file, config);
+    try {
+      config.check();
+    } catch (const InputError& error) {
+      throw InputError(settings.file->string() + ": " + error.what());
+    }
+  }
   try {
     for (const std::string& assignment : settings.assignments) read_assignment(assignment, config);
     if (address && !address->host.empty()) config.serve.address = address->host;

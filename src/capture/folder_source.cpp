@@ -219,7 +219,7 @@ std::optional<Shot> FolderSource::next() {
   const std::string fault = s.read_images(image, frame);
   if (!fault.empty()) {
     shot.alerts.push_back({shot.time, image, AlertKind::image_rejected, fault,
-                           "the dive goes on without it; look at the file"});
+                           "the dive goes on without it; correct the file to map it later"});
     return shot;
   }
   frame.image = image;

@@ -115,8 +115,10 @@ struct Mosaicker::State {
 };
 
 void Config::check() const {
-  require_setting(ground_sampling_distance >= 0 && ground_sampling_distance < 1e6,
-                  "mosaic2d.ground_sampling_distance", "0 (automatic) or a length per pixel");
+  require_setting(ground_sampling_distance == 0 ||
+                      (ground_sampling_distance >= 1e-6 && ground_sampling_distance < 1e6),
+                  "mosaic2d.ground_sampling_distance",
+                  "0 (automatic) or a length per pixel, 1e-6 or more");
   require_setting(max_megapixels >= 0.1 && max_megapixels <= 64, "mosaic2d.max_megapixels",
                   "0.1 to 64");
   require_setting(max_range > 1 && max_range <= 100, "mosaic2d.max_range",

@@ -13,6 +13,7 @@
 #include "motion.hpp"
 #include "nadir/core/check.hpp"
 #include "resection.hpp"
+#include "stereo_check.hpp"
 #include "window.hpp"
 
 namespace nadir::odometry {
@@ -63,6 +64,7 @@ struct VisualOdometry::State {
   Placement placement;
   TrackingState tracking = TrackingState::waiting;
 
+  StereoCheck stereo_check;
   std::optional<Map> map;
   std::vector<Follower> followers;
   std::vector<Moment> track;  ///< the last two oriented images
@@ -336,6 +338,7 @@ Orientation VisualOdometry::process(std::shared_ptr<const Shot> shot) {
   out.shot = std::move(shot);
   if (out.shot->frame) {
     const auto view = prepare_view(out.shot->frame, state_->config.features);
+    view->frame = state_->stereo_check.passed(*view, out.alerts);
     out.health = health_of(*view);
     state_->process(view, out);
   }

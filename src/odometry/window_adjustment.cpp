@@ -3,6 +3,7 @@
 #include "window_adjustment.hpp"
 
 #include <ceres/ceres.h>
+#include <glog/logging.h>
 
 #include <cmath>
 #include <limits>
@@ -166,7 +167,10 @@ AdjustmentSummary adjust(Adjustment& a, const CameraRig& rig, const AdjustmentOp
       points_free = true;
   }
 
+  // What a solver could not do is in its summary; the diver's terminal is not its log.
+  static const bool quiet = (FLAGS_minloglevel = google::GLOG_FATAL, true);
   AdjustmentSummary result;
+  result.usable = quiet;
   ceres::Solver::Summary summary;
   ceres::Solve(solver_options(options.iterations, points_free), &problem, &summary);
   result.usable = summary.IsSolutionUsable() && is_finite(poses, points);

@@ -84,7 +84,7 @@ Alert storage_alert(const Facts& facts, std::string message, bool trouble) {
   constexpr std::string_view kRemedy =
       "free space on the disk or replace it; recording goes on by itself when it can";
   return {facts.time, facts.image, AlertKind::storage, std::move(message),
-          trouble ? std::string(kRemedy) : std::string()};
+          trouble ? std::string(kRemedy) : std::string("none needed")};
 }
 
 }  // namespace

@@ -121,10 +121,11 @@ std::optional<Record> JournalReader::next() {
 
 bool JournalReader::open_segment() {
   const path name = segment_name(folder_, next_segment_);
+  std::error_code error;
+  if (!std::filesystem::is_regular_file(name, error)) return false;
   file_ = std::ifstream(name, std::ios::binary);
   if (!file_) return false;
   ++next_segment_;
-  std::error_code error;
   size_ = std::filesystem::file_size(name, error);
   if (error) size_ = 0;
   position_ = 0;
@@ -199,7 +200,7 @@ void JournalReader::seek_magic() {
 
 bool has_journal(const path& folder) {
   std::error_code error;
-  return std::filesystem::exists(segment_name(folder, 0), error);
+  return std::filesystem::is_regular_file(segment_name(folder, 0), error);
 }
 
 }  // namespace nadir::record

@@ -77,7 +77,7 @@ class JournalReader {
   std::uint64_t missing_ = 0;
 };
 
-/// Whether the folder holds a journal, be it empty.
+/// Whether the folder holds a journal file, be it empty.
 bool has_journal(const path& folder);
 
 }  // namespace nadir::record

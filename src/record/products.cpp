@@ -26,9 +26,11 @@ std::map<std::string, Write> tables(const Ledger& ledger, const path& dive) {
   };
 }
 
+std::string mosaic_name(std::uint32_t number) { return "mosaic2d/mosaic-" + padded(number, 3); }
+
 void add_mosaic(const MosaicRaster& raster, const Ledger& ledger, const MosaicTiles& tiles,
                 std::map<std::string, Write>& products) {
-  const std::string name = "mosaic2d/mosaic-" + padded(raster.grid.mosaic, 3);
+  const std::string name = mosaic_name(raster.grid.mosaic);
   products[name + ".png"] = [&](LooseFile& file) { return write_mosaic(file, raster, tiles); };
   products[name + ".pgw"] = [&](LooseFile& file) { return file.write(text_of(raster.world())); };
   products[name + ".png.aux.xml"] = [&](LooseFile& file) {
@@ -50,6 +52,16 @@ void make(Disk& disk, const path& dive, const std::string& name, const Write& wr
   }
 }
 
+// A mosaic's place without its pixels is no product.
+void withdraw_torn(Disk& disk, const path& dive, std::uint32_t number, Outcome& outcome) {
+  const std::string name = mosaic_name(number);
+  if (!outcome.failed.contains(name + ".png")) return;
+  for (const char* suffix : {".pgw", ".png.aux.xml"}) {
+    if (outcome.stamps.erase(name + suffix) > 0) disk.remove(dive / (name + suffix));
+    std::erase(outcome.made, name + suffix);
+  }
+}
+
 }  // namespace
 
 Outcome make_products(Disk& disk, const path& dive, const Ledger& ledger, const MosaicTiles& tiles,
@@ -61,6 +73,11 @@ Outcome make_products(Disk& disk, const path& dive, const Ledger& ledger, const 
   outcome.stamps = whole;
   for (const auto& [name, write] : products) {
     if (!whole.contains(name)) make(disk, dive, name, write, changed.contains(name), outcome);
+  }
+  for (const auto& [number, raster] : mosaics) withdraw_torn(disk, dive, number, outcome);
+  for (const TilePlace& tile : ledger.tiles) {
+    const std::string name = mosaic_name(tile.mosaic) + ".png";
+    if (!mosaics.contains(tile.mosaic) && !whole.contains(name)) outcome.lost.insert(name);
   }
   return outcome;
 }

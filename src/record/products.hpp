@@ -21,6 +21,7 @@ struct Outcome {
   Stamps stamps;  ///< of all loose files, made or left alone
   std::vector<std::string> made;
   std::map<std::string, int> failed;  ///< -errno
+  std::set<std::string> lost;         ///< mosaics of whose images none was saved
 };
 
 /// Makes every loose file but dive.json, except those in `whole`. Those in `changed` are kept

@@ -37,7 +37,12 @@ Previous parse(const json& summary) {
 }
 
 Previous read_previous(const path& dive) {
-  std::ifstream in(dive / "dive.json");
+  const path name = dive / "dive.json";
+  std::error_code error;
+  if (std::filesystem::is_directory(name, error)) {
+    throw InputError(name.string() + ": is a folder; move it away and recover again");
+  }
+  std::ifstream in(name);
   try {
     return in ? parse(json::parse(in)) : Previous();
   } catch (const json::exception&) {
@@ -99,8 +104,10 @@ void count(const Ledger& ledger, const Previous& previous, Recovery& recovery) {
 void note_failures(const Previous& previous, const Outcome& outcome, Recovery& recovery) {
   recovery.made = outcome.made;
   for (const auto& [name, error] : outcome.failed) recovery.damaged.push_back(name);
+  for (const std::string& name : outcome.lost) recovery.damaged.push_back(name);
   for (const auto& [name, stamp] : previous.files) {
-    if (!outcome.stamps.contains(name) && !outcome.failed.contains(name)) {
+    if (!outcome.stamps.contains(name) && !outcome.failed.contains(name) &&
+        !outcome.lost.contains(name)) {
       recovery.damaged.push_back(name);
     }
   }

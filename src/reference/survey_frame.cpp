@@ -103,8 +103,8 @@ double stereo_sigma(const Frame& frame, const Window& window, double matching_px
 }  // namespace
 
 void Config::check() const {
-  if (!(stereo_matching_px > 0)) {
-    throw InputError("reference.stereo_matching_px must be above 0; the default is 0.3");
+  if (!(stereo_matching_px >= 0.001 && stereo_matching_px <= 100)) {
+    throw InputError("reference.stereo_matching_px must be 0.001 to 100; the default is 0.3");
   }
   if (!(max_plane_tilt_deg > 0 && max_plane_tilt_deg < 90)) {
     throw InputError("reference.max_plane_tilt_deg must be between 0 and 90; the default is 35");

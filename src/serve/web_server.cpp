@@ -115,8 +115,10 @@ void Config::check() const {
   require(client_bytes >= 16384 && client_bytes <= 1u << 24,
           "serve.client_bytes: 16384 to 16777216 are possible");
   require(retained_bytes >= 1u << 20, "serve.retained_bytes: at least 1048576 is needed");
-  require(header_timeout > 0 && idle_timeout > 0 && stall_timeout > 0,
-          "serve.header_timeout, idle_timeout, stall_timeout: more than 0 s is needed");
+  for (const double timeout : {header_timeout, idle_timeout, stall_timeout}) {
+    require(timeout >= 0.01 && timeout <= 86400,
+            "serve.header_timeout, idle_timeout, stall_timeout: 0.01 to 86400 s are possible");
+  }
 }
 
 class WebServer::Reactor {

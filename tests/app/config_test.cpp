@@ -98,6 +98,16 @@ TEST(Config, WindowsLineEndsAndByteOrderMarkAreRead) {
   EXPECT_EQ(config.odometry.window, 3);
 }
 
+TEST(Config, NumbersAreFinite) {
+  for (const char* assignment : {"mosaic2d.restart_rms=inf", "plane.max_reprojection_px=nan",
+                                 "reference.dead_reckoning_max_s=1e10"}) {
+    Config config;
+    read_assignment(assignment, config);
+    const std::string key = std::string(assignment).substr(0, std::string(assignment).find('='));
+    EXPECT_NE(message_of([&] { config.check(); }).find(key), std::string::npos) << assignment;
+  }
+}
+
 TEST(Config, AssignmentsTakeNumbersAndBareWords) {
   Config config;
   read_assignment("odometry.window=3", config);

@@ -62,6 +62,7 @@ TEST(Options, WrongCommandLinesExitWithTwo) {
       {"replay", "survey", "--out", "dive", "--serve", "localhost:"},
       {"replay", "survey", "--out", "dive", "--depth", "3"},
       {"simulate", "--scene", "pool"},
+      {"simulate", "--out", ""},
       {"simulate", "--out", "f", "--scene", "moon"},
       {"simulate", "--out", "f", "--images", "0"},
       {"simulate", "--out", "f", "--images", "10001"},

@@ -110,6 +110,55 @@ TEST(VisualOdometry, IsMetricWithAPair) {
   EXPECT_LT(position_rms(d, path, false), 0.006);
 }
 
+// The frames of a film with other right images.
+template <class RightOf>
+std::vector<std::shared_ptr<const Shot>> with_right(std::vector<std::shared_ptr<const Shot>> shots,
+                                                    RightOf right_of) {
+  const auto original = shots;
+  for (std::size_t i = 0; i < shots.size(); ++i) {
+    auto frame = std::make_shared<Frame>(*original[i]->frame);
+    right_of(original, i, *frame);
+    auto shot = std::make_shared<Shot>(*original[i]);
+    shot->frame = std::move(frame);
+    shots[i] = std::move(shot);
+  }
+  return shots;
+}
+
+// Mapped by the left images alone, and said so.
+void expect_refused_pair(const Dive& d, const std::vector<Rigid3>& path) {
+  const Alert* alert = d.alert(AlertKind::calibration_suspect);
+  ASSERT_NE(alert, nullptr);
+  EXPECT_LE(*alert->image, 3u);
+  EXPECT_EQ(d.poses.size(), path.size());
+  EXPECT_LT(position_rms(d, path, true), 0.01);
+}
+
+TEST(VisualOdometry, RefusesPairsThatAreSwapped) {
+  const auto path = swimming_path(8);
+  CameraRig rig = small_pair();
+  rig.right->camera = rig.left;  // the left images are taken by a camera like the left one
+  const auto shots = with_right(film(rig, path), [](const auto&, std::size_t, Frame& frame) {
+    std::swap(frame.grey, frame.right);
+    cv::cvtColor(frame.grey, frame.colour, cv::COLOR_GRAY2BGR);
+  });
+  expect_refused_pair(dive(shots), path);
+}
+
+TEST(VisualOdometry, RefusesPairsOfDifferentMoments) {
+  const auto path = swimming_path(8);
+  const auto shots =
+      with_right(film(small_pair(), path), [](const auto& all, std::size_t i, Frame& frame) {
+        frame.right = all[std::min(i + 1, all.size() - 1)]->frame->right;
+      });
+  expect_refused_pair(dive(shots), path);
+}
+
+TEST(VisualOdometry, SuspectsNoPairThatFits) {
+  EXPECT_EQ(dive(film(small_pair(), swimming_path(6))).alert(AlertKind::calibration_suspect),
+            nullptr);
+}
+
 TEST(VisualOdometry, TurnsAboutTheOpticalAxis) {
   std::vector<Rigid3> path;
   for (int i = 0; i < 10; ++i) path.push_back(looking_down(0.18 * i, 0, 1, 0.5 * i));

@@ -4,6 +4,7 @@
 
 #include <gtest/gtest.h>
 #include <signal.h>
+#include <sys/stat.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
@@ -166,6 +167,21 @@ TEST_F(Recovering, RefusesAJournalWithoutAWholeRecordAndTouchesNothing) {
     EXPECT_THROW((void)recover(folder_), InputError) << text.size();
     EXPECT_EQ(read_all(folder_), before);
   }
+}
+
+TEST_F(Recovering, SaysWhichMosaicCannotBeMadeAgain) {
+  record(false);
+  std::filesystem::remove_all(folder_ / "projected");
+  const Recovery recovery = recover(folder_);
+  EXPECT_FALSE(recovery.whole());
+  EXPECT_EQ(std::ranges::count(recovery.damaged, "mosaic2d/mosaic-000.png"), 1);
+  EXPECT_FALSE(std::filesystem::exists(folder_ / "mosaic2d/mosaic-000.pgw"));
+}
+
+TEST_F(Recovering, RefusesAJournalThatIsNoFileAtOnce) {
+  std::filesystem::create_directories(folder_);
+  ASSERT_EQ(::mkfifo((folder_ / "journal-000.nadir").c_str(), 0600), 0);
+  EXPECT_THROW((void)recover(folder_), InputError);
 }
 
 TEST_F(Recovering, CountsTheFirstRecordWhenTheJournalsBeginningIsDamaged) {
