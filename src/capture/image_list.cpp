@@ -97,7 +97,8 @@ std::string ImageList::stem(std::size_t image) const {
 ImageList list_images(const fs::path& survey_folder) {
   std::error_code ignored;
   if (!fs::is_directory(survey_folder, ignored)) {
-    throw InputError(survey_folder.string() + ": is not a folder that can be read; check its name and permissions");
+    throw InputError(survey_folder.string() +
+                     ": is not a folder that can be read; check its name and permissions");
   }
   const fs::path images = survey_folder / "images";
   ImageList list;
