@@ -16,7 +16,7 @@ namespace nadir::odometry {
 struct Patch {
   static constexpr int kRadius = 10;
   static constexpr int kSide = 2 * kRadius + 1;
-  std::array<std::uint8_t, kSide * kSide> grey{};
+  std::array<std::uint8_t, std::size_t{kSide} * kSide> grey{};
 };
 
 /// None near the border of the image.

@@ -89,7 +89,8 @@ struct VisualOdometry::State {
               Orientation& out);
   void orient_waiting(Orientation& out);
   void publish_window(const AdjustmentSummary& summary, int images, Orientation& out);
-  ResectionResult resect_here(const View& view, std::optional<Rigid3> predicted, int key_frames);
+  ResectionResult resect_here(const View& view, const std::optional<Rigid3>& predicted,
+                              int key_frames);
 };
 
 void VisualOdometry::State::process(const std::shared_ptr<const View>& view, Orientation& out) {
@@ -314,7 +315,7 @@ void VisualOdometry::State::publish_window(const AdjustmentSummary& summary, int
 }
 
 ResectionResult VisualOdometry::State::resect_here(const View& view,
-                                                   std::optional<Rigid3> predicted,
+                                                   const std::optional<Rigid3>& predicted,
                                                    int key_frames) {
   std::vector<int> references;
   const int last = static_cast<int>(map->key_frames.size()) - 1;

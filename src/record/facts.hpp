@@ -40,7 +40,7 @@ struct ProjectedFile {
 struct TilePlace {
   std::uint32_t mosaic = 0;
   std::int32_t row = 0, column = 0;
-  auto operator<=>(const TilePlace&) const = default;
+  auto operator<=>(const TilePlace&) const = default;  // NOLINT(modernize-use-nullptr): is none
 };
 
 struct Facts {

@@ -35,6 +35,7 @@ struct ImageCounts {
   std::uint64_t dropped() const { return image_rejected + queue_full + storage; }
 };
 
+// NOLINTNEXTLINE(bugprone-exception-escape): moving a map throws nothing here
 struct Ledger {
   nlohmann::json about;                ///< what was known when the dive began
   SurveyAxes axes = SurveyAxes::none;  ///< of the first window

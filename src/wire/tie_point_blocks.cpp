@@ -50,6 +50,7 @@ std::vector<TiePoints> TiePointBlocks::update(std::span<const TiePoint> points,
     touched.insert(block->first);
   }
   std::vector<TiePoints> changed;
+  changed.reserve(touched.size());
   for (const std::uint64_t number : touched) {
     changed.push_back(blocks_.at(number));
   }

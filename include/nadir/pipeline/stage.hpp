@@ -28,8 +28,9 @@ template <class T, class Process>
 Input from(Channel<T>& channel, Process process) {
   return {&channel, [&channel, process = std::move(process)]() mutable {
             std::optional<T> item = channel.take();
-            if (item) process(*std::move(item));
-            return item.has_value();
+            if (!item) return false;
+            process(*std::move(item));
+            return true;
           }};
 }
 
