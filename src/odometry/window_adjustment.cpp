@@ -168,9 +168,8 @@ AdjustmentSummary adjust(Adjustment& a, const CameraRig& rig, const AdjustmentOp
   }
 
   // What a solver could not do is in its summary; the diver's terminal is not its log.
-  static const bool quiet = (FLAGS_minloglevel = google::GLOG_FATAL, true);
+  [[maybe_unused]] static const int kQuiet = FLAGS_minloglevel = google::GLOG_FATAL;
   AdjustmentSummary result;
-  result.usable = quiet;
   ceres::Solver::Summary summary;
   ceres::Solve(solver_options(options.iterations, points_free), &problem, &summary);
   result.usable = summary.IsSolutionUsable() && is_finite(poses, points);
