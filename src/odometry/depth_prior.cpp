@@ -26,10 +26,12 @@ double median(std::vector<double> values) {
 // Iteratively reweighted least squares; three unknowns.
 Eigen::Vector3d fit_plane(const std::vector<DepthSample>& samples) {
   std::vector<double> values;
+  values.reserve(samples.size());
   for (const auto& s : samples) values.push_back(s.inverse_depth);
   Eigen::Vector3d plane(0, 0, median(values));
   for (int i = 0; i < 6; ++i) {
     std::vector<double> residuals;
+    residuals.reserve(samples.size());
     for (const auto& s : samples) {
       residuals.push_back(std::abs(s.inverse_depth - plane.dot(s.ray.homogeneous())));
     }
@@ -57,6 +59,7 @@ DepthPrior::DepthPrior(std::vector<DepthSample> samples) : samples_(std::move(sa
   plane_ = fit_plane(samples_);
   known_ = plane_.allFinite() && plane_.z() > 0;
   std::vector<double> residuals;
+  residuals.reserve(samples_.size());
   for (auto& s : samples_) {
     s.inverse_depth -= plane_.dot(s.ray.homogeneous());
     residuals.push_back(std::abs(s.inverse_depth));
@@ -76,8 +79,9 @@ DepthPrior::Guess DepthPrior::at(const Eigen::Vector2d& ray) const {
       std::swap(near[i], near[i - 1]);
     }
   }
-  std::vector<double> residuals;
-  for (const auto& n : near) residuals.push_back(n.second);
+  std::array<double, kNeighbours> residuals;
+  std::transform(near.begin(), near.end(), residuals.begin(),
+                 [](const auto& n) { return n.second; });
   std::sort(residuals.begin(), residuals.end());
   const double local = 0.5 * (residuals[2] + residuals[3]);
   const double on_plane = std::max(plane_.dot(ray.homogeneous()), 0.2 * plane_.z());

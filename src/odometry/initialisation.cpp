@@ -69,12 +69,10 @@ void add_matched(Map& map, const Correspondences& matched, const DepthPrior& pri
     const std::array<Bearing, 2> bearings{{{{}, *ray}, {second.camera_from_map, *other}}};
     const auto placed = triangulate(bearings);
     if (!placed) continue;
-    insert(map, [&] {
-      MapPoint point = new_point(map, 0, i, pixel, *patch, prior.normal());
-      point.x = *placed;
-      point.sightings = {{0, *ray, {}}, {1, *other, {}}};
-      return point;
-    }());
+    MapPoint point = new_point(map, 0, i, pixel, *patch, prior.normal());
+    point.x = *placed;
+    point.sightings = {{0, *ray, {}}, {1, *other, {}}};
+    insert(map, std::move(point));
   }
 }
 
