@@ -17,7 +17,14 @@ namespace nadir::app {
 /// place (the part was dropped on a live edge), or the stream has ended.
 class Assembler {
  public:
-  explicit Assembler(std::function<void(const record::Entry&)> whole) : whole_(std::move(whole)) {}
+  /// What recording does about revisions, which may take long to find.
+  enum class Revisions {
+    in_step,  ///< each goes with its own shot, which waits for it
+    as_come,  ///< none is waited for: an entry takes what has come by then
+  };
+
+  Assembler(Revisions revisions, std::function<void(const record::Entry&)> whole)
+      : in_step_(revisions == Revisions::in_step), whole_(std::move(whole)) {}
 
   void add(std::shared_ptr<const Orientation> orientation) {
     take(orientations_, std::move(orientation));
@@ -25,6 +32,7 @@ class Assembler {
   void add(std::shared_ptr<const Surface> surface) { take(surfaces_, std::move(surface)); }
   void add(std::shared_ptr<const Cloud> cloud) { take(clouds_, std::move(cloud)); }
   void add(std::shared_ptr<const MosaicUpdate> mosaic) { take(mosaics_, std::move(mosaic)); }
+  void add(std::shared_ptr<const Revision> revision) { take(revisions_, std::move(revision)); }
   /// Nothing more will come.
   void finish();
 
@@ -43,11 +51,16 @@ class Assembler {
     return ended_ || !stream.empty();
   }
 
+  bool waits_for_revision(std::uint64_t wanted) const;
+  std::vector<std::shared_ptr<const Revision>> taken_revisions(std::uint64_t wanted);
+
+  bool in_step_;
   std::function<void(const record::Entry&)> whole_;
   Stream<Orientation> orientations_;
   Stream<Surface> surfaces_;
   Stream<Cloud> clouds_;
   Stream<MosaicUpdate> mosaics_;
+  Stream<Revision> revisions_;
   bool ended_ = false;
 };
 

@@ -41,6 +41,7 @@ void Config::check() const {
   capture.check();
   odometry.check();
   reference.check();
+  revisit.check();
   plane.check();
   mosaic2d.check();
   projection3d.check();

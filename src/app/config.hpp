@@ -16,6 +16,7 @@
 #include "nadir/projection3d/plane_projection.hpp"
 #include "nadir/record/dive.hpp"
 #include "nadir/reference/survey_frame.hpp"
+#include "nadir/revisit/revisit.hpp"
 #include "nadir/serve/web_server.hpp"
 
 namespace nadir::app {
@@ -24,6 +25,7 @@ struct Config {
   capture::Config capture;
   odometry::Config odometry;
   reference::Config reference;
+  revisit::Config revisit;
   plane::Config plane;
   mosaic2d::Config mosaic2d;
   projection3d::Config projection3d;

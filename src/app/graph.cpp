@@ -17,6 +17,8 @@ using pipeline::WhenFull;
 // breath.
 constexpr std::size_t kDepth = 4;
 constexpr std::size_t kRecordDepth = 16;
+// Settlements hold no images; a long adjustment of the map must not hold up odometry.
+constexpr std::size_t kSettlementDepth = 256;
 
 // At --rate max every edge waits and nothing is lost. Otherwise the working edges drop as they do
 // live. Those to the recorder and the page wait: the recorder must have every pose, and neither
@@ -70,7 +72,10 @@ Graph::Graph(const Config& config, Rate rate, Ends ends)
       plane_(config.plane),
       mosaicker_(config.mosaic2d),
       projection_(config.projection3d),
-      assembler_([this](const record::Entry& entry) { write(entry); }),
+      revisit_(config.revisit),
+      assembler_(rate.kind == Rate::Kind::max ? Assembler::Revisions::in_step
+                                              : Assembler::Revisions::as_come,
+                 [this](const record::Entry& entry) { write(entry); }),
       shots_(kDepth, when_full(rate)),
       orientations_(kDepth, when_full(rate)),
       recorded_orientations_(kRecordDepth, WhenFull::wait, record_bell_),
@@ -83,6 +88,9 @@ Graph::Graph(const Config& config, Rate rate, Ends ends)
       page_clouds_(kDepth, WhenFull::wait, page_bell_),
       recorded_mosaics_(kRecordDepth, WhenFull::wait, record_bell_),
       page_mosaics_(kDepth, WhenFull::wait, page_bell_),
+      settlements_(kSettlementDepth, WhenFull::wait),
+      recorded_revisions_(kRecordDepth, WhenFull::wait, record_bell_),
+      page_revisions_(kDepth, WhenFull::wait, page_bell_),
       page_alerts_(kDepth, WhenFull::wait, page_bell_) {
   start_stages();
 }
@@ -116,16 +124,25 @@ void Graph::start_stages() {
                  }),
             feed(page_surfaces_, [&](const Shared<Surface>& surface) { page.publish(*surface); }),
             feed(page_clouds_, [&](const Shared<Cloud>& cloud) { page.publish(*cloud); }),
-            feed(page_mosaics_,
-                 [&](const Shared<MosaicUpdate>& mosaic) { page.publish(*mosaic); })},
+            feed(page_mosaics_, [&](const Shared<MosaicUpdate>& mosaic) { page.publish(*mosaic); }),
+            feed(page_revisions_,
+                 [&](const Shared<Revision>& revision) { page.publish(*revision); })},
         [] {});
   }
   const auto assemble = [this](auto message) { assembler_.add(std::move(message)); };
   record_ = std::make_unique<Stage>(
       "record",
       std::vector{feed(recorded_orientations_, assemble), feed(recorded_surfaces_, assemble),
-                  feed(recorded_clouds_, assemble), feed(recorded_mosaics_, assemble)},
+                  feed(recorded_clouds_, assemble), feed(recorded_mosaics_, assemble),
+                  feed(recorded_revisions_, assemble)},
       [this] { page_alerts_.close(); }, [this] { assembler_.finish(); });
+  revisiting_ = std::make_unique<Stage>(
+      "revisit",
+      std::vector{feed(settlements_, [this](const Shared<Settlement>& s) { look_back(s); })},
+      [this] {
+        recorded_revisions_.close();
+        page_revisions_.close();
+      });
   stitching_ = std::make_unique<Stage>(
       "mosaic2d",
       std::vector{feed(mosaic_surfaces_, [this](Shared<Surface> s) { stitch(std::move(s)); })},
@@ -155,6 +172,7 @@ void Graph::start_stages() {
         orientations_.close();
         recorded_orientations_.close();
         page_orientations_.close();
+        settlements_.close();
       },
       [this] { pass_on(odometry_.finish()); });
   capture_ = std::make_unique<Stage>(
@@ -190,8 +208,15 @@ void Graph::orient(Shared<Shot> shot) { pass_on(odometry_.process(std::move(shot
 void Graph::pass_on(Orientation orientation) {
   survey_.observe(orientation);
   if (windows_skipped_ > 0) orientation.alerts.push_back(skipped(orientation, windows_skipped_));
+  Settlement settlement;
+  if (orientation.shot) {
+    settlement.image = orientation.shot->image;
+    settlement.time = orientation.shot->time;
+  }
+  settlement.key_frames = std::move(orientation.settled);
   const auto message = std::make_shared<const Orientation>(std::move(orientation));
   recorded_orientations_.push(message);
+  settlements_.push(std::make_shared<const Settlement>(std::move(settlement)));
   to_page(page_orientations_, message);
   windows_skipped_ = orientations_.push(message) ? 0 : windows_skipped_ + 1;
 }
@@ -218,6 +243,12 @@ void Graph::stitch(Shared<Surface> surface) {
   const auto message = std::make_shared<const MosaicUpdate>(mosaicker_.process(std::move(surface)));
   recorded_mosaics_.push(message);
   to_page(page_mosaics_, message);
+}
+
+void Graph::look_back(const Shared<Settlement>& settlement) {
+  const auto message = std::make_shared<const Revision>(revisit_.process(*settlement));
+  recorded_revisions_.push(message);
+  to_page(page_revisions_, message);
 }
 
 void Graph::write(const record::Entry& entry) {
@@ -257,8 +288,8 @@ bool Graph::wait_for(const Shot& shot) {
 
 std::exception_ptr Graph::join() {
   std::exception_ptr fault;
-  for (const auto* stage :
-       {&capture_, &orienting_, &fitting_, &projecting_, &stitching_, &record_, &page_}) {
+  for (const auto* stage : {&capture_, &orienting_, &fitting_, &projecting_, &stitching_,
+                            &revisiting_, &record_, &page_}) {
     if (!*stage) continue;
     if (const std::exception_ptr of_stage = (*stage)->join(); of_stage && !fault) fault = of_stage;
   }
@@ -267,8 +298,8 @@ std::exception_ptr Graph::join() {
 
 std::vector<StageStats> Graph::stats() const {
   std::vector<StageStats> all;
-  for (const auto* stage :
-       {&capture_, &orienting_, &fitting_, &projecting_, &stitching_, &record_, &page_}) {
+  for (const auto* stage : {&capture_, &orienting_, &fitting_, &projecting_, &stitching_,
+                            &revisiting_, &record_, &page_}) {
     if (*stage) all.push_back((*stage)->stats());
   }
   return all;

@@ -4,6 +4,7 @@
 //
 //   capture -> odometry -> plane -+-> mosaic2d ----+-> record, page
 //                  |              +-> projection3d -+
+//                  +-> revisit -> record, page
 //                  +-> record, page
 #pragma once
 
@@ -79,6 +80,7 @@ class Graph {
   void fit(Shared<Orientation> orientation);
   void project(Shared<Surface> surface);
   void stitch(Shared<Surface> surface);
+  void look_back(const Shared<Settlement>& settlement);
   void write(const record::Entry& entry);
   void publish_statistics();
 
@@ -96,6 +98,7 @@ class Graph {
   plane::PlaneFit plane_;
   mosaic2d::Mosaicker mosaicker_;
   projection3d::PlaneProjection projection_;
+  revisit::Revisit revisit_;
   Assembler assembler_;
 
   std::chrono::steady_clock::time_point begun_ = std::chrono::steady_clock::now(), told_ = begun_;
@@ -115,10 +118,12 @@ class Graph {
   Channel<Surface> projection_surfaces_, mosaic_surfaces_, recorded_surfaces_, page_surfaces_;
   Channel<Cloud> recorded_clouds_, page_clouds_;
   Channel<MosaicUpdate> recorded_mosaics_, page_mosaics_;
+  Channel<Settlement> settlements_;
+  Channel<Revision> recorded_revisions_, page_revisions_;
   Channel<Alert> page_alerts_;
 
-  std::unique_ptr<pipeline::Stage> page_, record_, stitching_, projecting_, fitting_, orienting_,
-      capture_;
+  std::unique_ptr<pipeline::Stage> page_, record_, revisiting_, stitching_, projecting_, fitting_,
+      orienting_, capture_;
 };
 
 }  // namespace nadir::app

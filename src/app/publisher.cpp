@@ -7,6 +7,7 @@
 #include <opencv2/imgproc.hpp>
 
 #include "nadir/image_io/encode.hpp"
+#include "nadir/mosaic2d/corrected.hpp"
 
 namespace nadir::app {
 namespace {
@@ -75,13 +76,14 @@ void Publisher::publish(const Orientation& orientation) {
   }
   for (const Alert& alert : orientation.alerts) publish(alert);
   for (const ImagePose& pose : orientation.poses) {
-    oriented_.insert(pose.image);
-    send(serve::Lane::data, pose);
+    poses_[pose.image] = pose;
+    send_corrected(pose);
   }
   if (orientation.window) {
     for (const wire::TiePoints& block :
          tie_points_.update(orientation.window->tie_points, orientation.window->given_up)) {
-      send(serve::Lane::data, block);
+      seen_[block.block] = {orientation.window->submap, orientation.window->images.back().image};
+      send_corrected(block);
     }
     state_.scale = orientation.window->scale;
     state_.axes = orientation.window->axes;
@@ -89,7 +91,7 @@ void Publisher::publish(const Orientation& orientation) {
   }
   state_.tracking = orientation.state;
   state_.submap = orientation.submap;
-  state_.oriented = oriented_.size();
+  state_.oriented = poses_.size();
   state_.lost += orientation.lost.size();
   state_.tie_points = tie_points_.size();
   send_state();
@@ -117,7 +119,8 @@ void Publisher::publish(const Surface& surface) {
 void Publisher::publish(const Cloud& cloud) {
   for (const Alert& alert : cloud.alerts) publish(alert);
   if (!cloud.grid) return;
-  send(serve::Lane::data, wire::plane_grid(*cloud.grid));
+  grids_[cloud.grid->image] = wire::plane_grid(*cloud.grid);
+  send_corrected(grids_[cloud.grid->image]);
   send(serve::Lane::data,
        wire::PlaneColour{cloud.grid->image, image_io::encode_jpeg(cloud.grid->bgr, kGridQuality)});
   ++state_.planes;
@@ -127,13 +130,79 @@ void Publisher::publish(const Cloud& cloud) {
 void Publisher::publish(const MosaicUpdate& mosaic) {
   for (const Alert& alert : mosaic.alerts) publish(alert);
   if (!mosaic.grid) return;
-  if (mosaics_.insert(mosaic.grid->mosaic).second) send(serve::Lane::state, *mosaic.grid);
+  const std::uint64_t image = mosaic.projected ? mosaic.projected->image : 0;
+  const auto [known, is_new] =
+      mosaics_.try_emplace(mosaic.grid->mosaic, std::pair(*mosaic.grid, image));
+  if (is_new) send_corrected(known->second.first, image);
   for (const auto& tile : mosaic.tiles) {
     tiles_.insert({tile->mosaic, tile->column, tile->row});
     send(serve::Lane::data, encoded(*tile));
   }
   state_.mosaic_tiles = tiles_.size();
   send_state();
+}
+
+void Publisher::send_corrected(const ImagePose& pose) {
+  ImagePose corrected = pose;
+  corrected.survey_from_camera = corrections_.at(pose.submap, pose.image) * pose.survey_from_camera;
+  send(serve::Lane::data, corrected);
+}
+
+void Publisher::send_corrected(wire::PlaneGrid grid) {
+  const Similarity3 correction = corrections_.at(grid.submap, grid.image);
+  Eigen::Matrix4d by = Eigen::Matrix4d::Identity();
+  by.topLeftCorner<3, 3>() = correction.scale * correction.rigid.rotation.toRotationMatrix();
+  by.topRightCorner<3, 1>() = correction.rigid.translation;
+  grid.survey_from_grid = by * grid.survey_from_grid;
+  grid.camera_in_survey = correction * grid.camera_in_survey;
+  grid.max_range *= correction.scale;
+  send(serve::Lane::data, grid);
+}
+
+void Publisher::send_corrected(const wire::TiePoints& block) {
+  const Seen& seen = seen_.at(block.block);
+  const Similarity3 correction = corrections_.at(seen.submap, seen.image);
+  wire::TiePoints corrected = block;
+  corrected.origin = correction * block.origin;
+  for (auto& point : corrected.points) {
+    const Eigen::Map<const Eigen::Vector3f> offset(point.offset.data());
+    const Eigen::Vector3f turned =
+        (correction.scale * (correction.rigid.rotation * offset.cast<double>())).cast<float>();
+    point.offset = {turned.x(), turned.y(), turned.z()};
+  }
+  send(serve::Lane::data, corrected);
+}
+
+void Publisher::send_corrected(const MosaicGrid& grid, std::uint64_t first_image) {
+  send(serve::Lane::state, mosaic2d::moved(grid, corrections_.at(grid.submap, first_image)));
+}
+
+void Publisher::publish(const Revision& revision) {
+  for (const Alert& alert : revision.alerts) publish(alert);
+  std::set<std::uint64_t> moved;  // key frames
+  for (const Correction& correction : revision.corrections) {
+    corrections_.add(correction);
+    moved.insert(correction.image);
+  }
+  const auto is_moved = [&](std::uint32_t submap, std::uint64_t image) {
+    const auto key_frame = corrections_.key_frame_of(submap, image);
+    return key_frame && moved.contains(*key_frame);
+  };
+  for (const auto& [image, pose] : poses_) {
+    if (is_moved(pose.submap, image)) send_corrected(pose);
+  }
+  for (const auto& [image, grid] : grids_) {
+    if (is_moved(grid.submap, image)) send_corrected(grid);
+  }
+  for (const auto& [number, block] : tie_points_.blocks()) {
+    const Seen& seen = seen_.at(number);
+    if (is_moved(seen.submap, seen.image)) send_corrected(block);
+  }
+  for (const auto& [number, mosaic] : mosaics_) {
+    if (is_moved(mosaic.first.submap, mosaic.second)) {
+      send_corrected(mosaic.first, mosaic.second);
+    }
+  }
 }
 
 void Publisher::publish(const Alert& alert) {

@@ -5,11 +5,13 @@
 
 #include <chrono>
 #include <deque>
+#include <map>
 #include <set>
 #include <string>
 #include <tuple>
 
 #include "nadir/core/cloud.hpp"
+#include "nadir/core/revision.hpp"
 #include "nadir/core/tile.hpp"
 #include "nadir/serve/web_server.hpp"
 #include "nadir/wire/records.hpp"
@@ -27,6 +29,8 @@ class Publisher {
   void publish(const Surface& surface);
   void publish(const Cloud& cloud);
   void publish(const MosaicUpdate& mosaic);
+  /// Places again what a correction moves; no pixels.
+  void publish(const Revision& revision);
   void publish(const Alert& alert);
   void publish(const std::vector<StageStats>& stages);
   /// The dive is mapped; dropped_at_end: images dropped after the last shot.
@@ -39,13 +43,25 @@ class Publisher {
   void send(serve::Lane lane, const Record& record);
   void send_state();
   void send_live_image(const Frame& frame);
+  void send_corrected(const ImagePose& pose);
+  void send_corrected(wire::PlaneGrid grid);
+  void send_corrected(const wire::TiePoints& block);
+  void send_corrected(const MosaicGrid& grid, std::uint64_t first_image);
 
   serve::WebServer& server_;
   wire::State state_;
   wire::TiePointBlocks tie_points_;
-  std::set<std::uint64_t> oriented_;
+  // As odometry left them, to be sent again when corrected.
+  std::map<std::uint64_t, ImagePose> poses_;
+  std::map<std::uint64_t, wire::PlaneGrid> grids_;
+  struct Seen {
+    std::uint32_t submap = 0;
+    std::uint64_t image = 0;
+  };
+  std::map<std::uint64_t, Seen> seen_;  ///< by block of tie points: where they were last adjusted
+  std::map<std::uint32_t, std::pair<MosaicGrid, std::uint64_t>> mosaics_;  ///< first image
+  Corrections corrections_;
   std::set<std::tuple<std::uint32_t, std::int32_t, std::int32_t>> tiles_;
-  std::set<std::uint32_t> mosaics_;
   std::uint64_t alerts_ = 0;
   bool camera_sent_ = false;
   Clock::time_point live_sent_{};

@@ -1,8 +1,9 @@
 // SPDX-FileCopyrightText: nadir contributors
 // SPDX-License-Identifier: Apache-2.0
-#include "depth_prior.hpp"
+#include "nadir/odometry/depth_prior.hpp"
 
 #include <Eigen/Cholesky>
+#include <Eigen/Geometry>
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -95,15 +96,6 @@ DepthPrior::Guess DepthPrior::at(const Eigen::Vector2d& ray) const {
 
 Eigen::Vector3d DepthPrior::normal() const {
   return known_ ? Eigen::Vector3d(plane_.normalized()) : Eigen::Vector3d(0, 0, 1);
-}
-
-DepthPrior depth_prior(const Map& map, const KeyFrame& key_frame) {
-  std::vector<DepthSample> samples;
-  for (const int i : key_frame.points) {
-    const Eigen::Vector3d x = key_frame.camera_from_map * map.point(i).x;
-    if (x.z() > 0) samples.push_back({x.head<2>() / x.z(), 1 / x.z()});
-  }
-  return DepthPrior(std::move(samples));
 }
 
 }  // namespace nadir::odometry

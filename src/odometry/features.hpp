@@ -3,22 +3,12 @@
 // Corners of an image and their binary descriptors (FAST + ORB on the locally equalised image).
 #pragma once
 
-#include <Eigen/Core>
 #include <opencv2/core/mat.hpp>
-#include <vector>
 
 #include "nadir/core/frame.hpp"
+#include "nadir/core/key_frame.hpp"
 
 namespace nadir::odometry {
-
-/// Parallel arrays; finest level first, within a level the strongest corner first.
-struct Features {
-  std::vector<Eigen::Vector2d> pixels;  ///< of the original, distorted image
-  std::vector<Eigen::Vector2d> rays;    ///< normalised undistorted coordinates (x/z, y/z)
-  cv::Mat descriptors;                  ///< CV_8U, 32 columns, one row a feature
-
-  int size() const { return static_cast<int>(pixels.size()); }
-};
 
 /// About `wanted` corners spread over the image; fewer, or none, where there is no structure.
 /// A low `threshold` (FAST, grey levels) finds weak corners of dim images.

@@ -6,8 +6,8 @@
 #include <array>
 #include <cmath>
 
-#include "depth_prior.hpp"
 #include "mapping.hpp"
+#include "nadir/odometry/depth_prior.hpp"
 #include "relative_orientation.hpp"
 #include "sighting.hpp"
 #include "triangulation.hpp"
@@ -83,12 +83,15 @@ std::optional<Map> seed(const std::shared_ptr<const View>& first,
   auto depths = corner_depths(a, b, motion, tolerance);
   if (depths.size() < kMinPoints / 2) return std::nullopt;
   std::vector<double> sorted;
+  sorted.reserve(depths.size());
   for (const auto& d : depths) sorted.push_back(d.second);
   std::sort(sorted.begin(), sorted.end());
   const double unit = sorted[sorted.size() / 2];
   std::vector<DepthSample> samples;
-  for (const auto& [i, depth] : depths)
+  samples.reserve(depths.size());
+  for (const auto& [i, depth] : depths) {
     samples.push_back({a[static_cast<std::size_t>(i)], unit / depth});
+  }
   const DepthPrior prior(std::move(samples));
   if (!prior.known()) return std::nullopt;
   motion.translation /= unit;

@@ -49,6 +49,15 @@ double median_depth(const Map& map, const KeyFrame& key_frame) {
   return *middle;
 }
 
+DepthPrior depth_prior(const Map& map, const KeyFrame& key_frame) {
+  std::vector<DepthSample> samples;
+  for (const int i : key_frame.points) {
+    const Eigen::Vector3d x = key_frame.camera_from_map * map.point(i).x;
+    if (x.z() > 0) samples.push_back({x.head<2>() / x.z(), 1 / x.z()});
+  }
+  return DepthPrior(std::move(samples));
+}
+
 std::vector<Expected> expected_points(const Map& map, const Rigid3& camera_from_map, int limit) {
   const CameraModel& camera = map.rig->left;
   const Eigen::Vector3d centre = camera_from_map.inverse().translation;

@@ -10,6 +10,7 @@
 
 #include "features.hpp"
 #include "nadir/core/window.hpp"
+#include "nadir/odometry/depth_prior.hpp"
 #include "patch.hpp"
 
 namespace nadir::odometry {
@@ -49,6 +50,7 @@ struct Map {
   std::vector<KeyFrame> key_frames;
   std::vector<MapPoint> points;
   std::vector<int> given_up;  ///< since the last window was made
+  int settled = 0;            ///< key frames handed out for good
   std::uint32_t submap = 0;
   std::uint64_t first_id = 0;  ///< id of points[0] in the dive
   Scale scale;
@@ -71,6 +73,9 @@ void give_up_sighting(Map& map, int point, int key_frame);
 
 /// Median distance of the key frame's tie points along its optical axis; 0 without any.
 double median_depth(const Map& map, const KeyFrame& key_frame);
+
+/// From the tie points seen in a key frame.
+DepthPrior depth_prior(const Map& map, const KeyFrame& key_frame);
 
 /// Points expected in an image at this pose, those seen most often first; at most `limit`, spread
 /// over the image.

@@ -5,7 +5,6 @@
 #include <algorithm>
 #include <cmath>
 
-#include "depth_prior.hpp"
 #include "sighting.hpp"
 #include "triangulation.hpp"
 

@@ -117,8 +117,9 @@ std::optional<Sight> refine_shape(const Template& wanted, const cv::Mat& grey,
   using Vector6f = Eigen::Matrix<float, 6, 1>;
   Eigen::Matrix<float, Template::kArea, 6> design;
   for (int i = 0; i < Template::kArea; ++i) {
-    const auto dx = static_cast<float>(i % Template::kSide - Template::kRadius);
-    const auto dy = static_cast<float>(i / Template::kSide - Template::kRadius);
+    const int column = i % Template::kSide, row = i / Template::kSide;
+    const auto dx = static_cast<float>(column - Template::kRadius);
+    const auto dy = static_cast<float>(row - Template::kRadius);
     const float gx = wanted.gradient(i, 0), gy = wanted.gradient(i, 1);
     design.row(i) << gx, gy, gx * dx, gx * dy, gy * dx, gy * dy;
   }
@@ -151,10 +152,11 @@ std::optional<Sight> refine_shape(const Template& wanted, const cv::Mat& grey,
 std::optional<Patch> cut_patch(const cv::Mat& grey, const Eigen::Vector2i& centre) {
   if (!inside(grey, centre.x(), centre.y(), Patch::kRadius)) return std::nullopt;
   Patch patch;
+  auto* to = patch.grey.begin();
   for (int row = 0; row < Patch::kSide; ++row) {
     const std::uint8_t* from =
         grey.ptr(centre.y() - Patch::kRadius + row) + centre.x() - Patch::kRadius;
-    std::copy(from, from + Patch::kSide, patch.grey.begin() + row * Patch::kSide);
+    to = std::copy(from, from + Patch::kSide, to);
   }
   return patch;
 }
@@ -164,7 +166,7 @@ std::optional<Template> warp_patch(const Patch& patch, const Matrix2d& image_fro
   if (!(area > 1 / kMaxScale2 && area < kMaxScale2)) return std::nullopt;
   const Matrix2d back = image_from_patch.inverse();
   constexpr int kWide = Template::kSide + 2;
-  std::array<float, kWide * kWide> wide;
+  std::array<float, std::size_t{kWide} * kWide> wide;
   for (int row = 0, i = 0; row < kWide; ++row) {
     for (int column = 0; column < kWide; ++column, ++i) {
       const Vector2d d = back * Vector2d(column - kWide / 2, row - kWide / 2);
@@ -174,7 +176,8 @@ std::optional<Template> warp_patch(const Patch& patch, const Matrix2d& image_fro
   Template result;
   for (int row = 0, i = 0; row < Template::kSide; ++row) {
     for (int column = 0; column < Template::kSide; ++column, ++i) {
-      const float* at = &wide[static_cast<std::size_t>((row + 1) * kWide + column + 1)];
+      const float* at = &wide[static_cast<std::size_t>(row + 1) * kWide +
+                              static_cast<std::size_t>(column + 1)];
       result.value[i] = *at;
       result.gradient.row(i) << 0.5F * (at[1] - at[-1]), 0.5F * (at[kWide] - at[-kWide]);
     }
@@ -203,9 +206,10 @@ std::optional<Template> warp_patch(const Patch& patch, const Matrix2d& image_fro
 float correlation(const Template& wanted, const cv::Mat& grey, int x, int y) {
   if (!inside(grey, x, y, Template::kRadius)) return -1.0F;
   std::array<std::int16_t, Template::kArea> window;
+  auto* to = window.begin();
   for (int row = 0; row < Template::kSide; ++row) {
     const std::uint8_t* at = grey.ptr(y - Template::kRadius + row) + x - Template::kRadius;
-    std::copy(at, at + Template::kSide, window.begin() + row * Template::kSide);
+    to = std::copy(at, at + Template::kSide, to);
   }
   int dot = 0, sum = 0, squares = 0;
   for (std::size_t i = 0; i < window.size(); ++i) {

@@ -7,8 +7,8 @@
 #include <cmath>
 #include <opencv2/calib3d.hpp>
 
+#include "nadir/odometry/bundle_adjustment.hpp"
 #include "triangulation.hpp"
-#include "window_adjustment.hpp"
 
 namespace nadir::odometry {
 namespace {

@@ -7,12 +7,11 @@
 #include <opencv2/calib3d.hpp>
 #include <opencv2/core/eigen.hpp>
 
-#include "depth_prior.hpp"
 #include "matching.hpp"
+#include "nadir/odometry/bundle_adjustment.hpp"
 #include "relative_orientation.hpp"
 #include "sighting.hpp"
 #include "triangulation.hpp"
-#include "window_adjustment.hpp"
 
 namespace nadir::odometry {
 namespace {
@@ -45,6 +44,8 @@ Rough resect_points(const std::vector<Vector3d>& points, const Rays& rays,
   if (static_cast<int>(points.size()) < kMinCoarse) return rough;
   std::vector<cv::Point3d> x;
   std::vector<cv::Point2d> u;
+  x.reserve(points.size());
+  u.reserve(rays.size());
   for (const auto& p : points) x.emplace_back(p.x(), p.y(), p.z());
   for (const auto& r : rays) u.emplace_back(r.x(), r.y());
   cv::Mat rotation, translation, matrix;
@@ -243,53 +244,6 @@ LossReason reason_without_matches(const View& view) {
   constexpr double kOfNoise = 20;
   const bool nothing = is_blank(view) || view.sharpness < kOfNoise;
   return nothing ? LossReason::blank_image : LossReason::too_large_motion;
-}
-
-double corner_sigma(const CameraModel& camera) { return 0.6 / focal(camera); }
-
-Correspondences correspond(const Features& first, const Features& second,
-                           const CameraModel& camera) {
-  constexpr int kFew = 60;
-  const double sigma = corner_sigma(camera);
-  Correspondences result;
-  const auto verified = [&](const Pairs& pairs, Eigen::Matrix3d& homography) {
-    Rays a, b;
-    for (const auto& [i, k] : pairs) {
-      a.push_back(first.rays[static_cast<std::size_t>(i)]);
-      b.push_back(second.rays[static_cast<std::size_t>(k)]);
-    }
-    const Agreement agreement = verify(a, b, sigma);
-    homography = agreement.homography;
-    Pairs kept;
-    for (const int i : agreement.inliers) kept.push_back(pairs[static_cast<std::size_t>(i)]);
-    return kept;
-  };
-  Eigen::Matrix3d homography;
-  result.pairs =
-      verified(match_descriptors(first.descriptors, second.descriptors, kRatio), homography);
-  if (static_cast<int>(result.pairs.size()) < kFew && !homography.isZero()) {
-    std::vector<Vector2d> places;
-    for (const auto& ray : first.rays) {
-      const Vector3d h = homography * ray.homogeneous();
-      const auto pixel = camera.project(h.z() > 0 ? h : Vector3d(-h));
-      places.push_back(pixel.value_or(Vector2d::Constant(std::nan(""))));
-    }
-    auto more = verified(match_near(first.descriptors, places, second, 0.03 * camera.width, 70),
-                         homography);
-    if (more.size() > result.pairs.size()) result.pairs = std::move(more);
-  }
-  std::vector<double> shifts;
-  for (const auto& [i, k] : result.pairs) {
-    shifts.push_back(
-        (first.pixels[static_cast<std::size_t>(i)] - second.pixels[static_cast<std::size_t>(k)])
-            .norm());
-  }
-  if (!shifts.empty()) {
-    const auto middle = shifts.begin() + static_cast<std::ptrdiff_t>(shifts.size() / 2);
-    std::nth_element(shifts.begin(), middle, shifts.end());
-    result.shift_px = *middle;
-  }
-  return result;
 }
 
 ResectionResult resect(const Map& map, const View& view, std::optional<Rigid3> predicted,

@@ -8,6 +8,7 @@
 
 #include "loss.hpp"
 #include "map.hpp"
+#include "nadir/odometry/correspondence.hpp"
 #include "nadir/odometry/visual_odometry.hpp"
 
 namespace nadir::odometry {
@@ -39,17 +40,5 @@ bool is_blank(const View& view);
 
 /// Why an image that matches nothing did not: silt and open water have corners too, but of noise.
 LossReason reason_without_matches(const View& view);
-
-/// Standard deviation of a described corner, in normalised coordinates of this camera.
-double corner_sigma(const CameraModel& camera);
-
-struct Correspondences {
-  std::vector<std::pair<int, int>> pairs;  ///< features of the first, of the second
-  double shift_px = 0;                     ///< median displacement
-};
-
-/// Verified correspondences of two images; a second, guided pass where the first finds few.
-Correspondences correspond(const Features& first, const Features& second,
-                           const CameraModel& camera);
 
 }  // namespace nadir::odometry

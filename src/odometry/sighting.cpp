@@ -54,7 +54,7 @@ std::optional<Sight> sight(const Map& map, const MapPoint& point, const Looking&
   if (!start) return std::nullopt;
   const auto wanted = warp_patch(point.patch, *affine);
   if (!wanted) return std::nullopt;
-  const auto near = refine(*wanted, image.grey, *start);
+  auto near = refine(*wanted, image.grey, *start);
   if (near && near->correlation > kSure) return near;
   const Sight coarse = search(*wanted, image.grey, *start, radius);
   if (coarse.correlation < kMinCorrelation - 0.2) return std::nullopt;

@@ -3,6 +3,7 @@
 #include "nadir/odometry/visual_odometry.hpp"
 
 #include <algorithm>
+#include <iterator>
 #include <optional>
 #include <string>
 #include <utility>
@@ -46,6 +47,10 @@ void count(Health& health, const Resection& resection, const CameraModel& camera
     const std::size_t bottom = s.pixel.y() > 0.5 * camera.height ? 2 : 0;
     ++health.by_quadrant[bottom + right];
   }
+}
+
+void append(Settled& all, Settled more) {
+  std::move(more.begin(), more.end(), std::back_inserter(all));
 }
 
 }  // namespace
@@ -188,6 +193,7 @@ void VisualOdometry::State::wait(const std::shared_ptr<const View>& view, Orient
 bool VisualOdometry::State::start(Orientation& out) {
   auto started = start_map(key_images, config);
   if (!started) return false;
+  if (map) append(out.settled, retire_all(*map));
   map = std::move(started);
   map->submap = next_submap++;
   map->first_id = next_id;
@@ -281,7 +287,7 @@ void VisualOdometry::State::accept(const std::shared_ptr<const View>& view,
       return f.key_frame + config.window <= static_cast<int>(n);
     });
     publish_window(summary, config.window, out);
-    retire(*map, config);
+    append(out.settled, retire(*map, config));
     pose = map->last().camera_from_map;
   } else {
     const ImagePose image_pose{view->frame->image,
@@ -311,7 +317,9 @@ void VisualOdometry::State::publish_window(const AdjustmentSummary& summary, int
     }
     out.window = std::make_shared<const Window>(std::move(window));
   }
-  next_id = map->first_id + map->points.size();
+  // Whoever keeps tie points in blocks of ids has one sub-map's in each.
+  constexpr std::uint64_t kBlock = 1024;
+  next_id = (map->first_id + map->points.size() + kBlock - 1) / kBlock * kBlock;
 }
 
 ResectionResult VisualOdometry::State::resect_here(const View& view,
@@ -354,6 +362,7 @@ Orientation VisualOdometry::finish() {
     out.alerts.push_back(no_map_alert(*state_->waiting.back()->frame));
   }
   state_->give_up_waiting(out);
+  if (state_->map) append(out.settled, retire_all(*state_->map));
   out.state = state_->tracking;
   out.submap = state_->map ? state_->map->submap : 0;
   return out;

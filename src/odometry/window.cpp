@@ -4,11 +4,41 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
+
+#include "nadir/core/key_frame.hpp"
 
 namespace nadir::odometry {
 namespace {
 
 constexpr double kOutlier_px = 2.0;
+
+std::shared_ptr<const SettledKeyFrame> settled(Map& map, KeyFrame& key_frame, int index) {
+  auto result = std::make_shared<SettledKeyFrame>();
+  result->pose = pose_of(map, key_frame);
+  result->rig = map.rig;
+  result->features = std::exchange(key_frame.features, {});
+  for (const int i : key_frame.points) {
+    const MapPoint& point = map.point(i);
+    const auto s = std::find_if(point.sightings.begin(), point.sightings.end(),
+                                [&](const Sighting& seen) { return seen.key_frame == index; });
+    if (s == point.sightings.end()) continue;
+    result->observations.push_back(
+        {map.first_id + static_cast<std::uint64_t>(i), s->ray, s->right_ray, point.x});
+  }
+  return result;
+}
+
+// Key frames up to `end` that were not handed out before.
+Settled settle(Map& map, int end) {
+  Settled result;
+  for (; map.settled < end; ++map.settled) {
+    KeyFrame& key_frame = map.key_frame(map.settled);
+    key_frame.view.reset();
+    result.push_back(settled(map, key_frame, map.settled));
+  }
+  return result;
+}
 
 }  // namespace
 
@@ -83,15 +113,14 @@ AdjustmentSummary adjust_window(Map& map, int window, int fixed) {
   return summary;
 }
 
-void retire(Map& map, const Config& config) {
+Settled retire(Map& map, const Config& config) {
   const int count = static_cast<int>(map.key_frames.size());
   const int view_end = count - config.window;
   for (int k = view_end - 1; k >= 0 && map.key_frame(k).view; --k) map.key_frame(k).view.reset();
-  const int feature_end = count - std::max(config.window, config.relocalise_key_frames);
-  for (int k = feature_end - 1; k >= 0 && map.key_frame(k).features.size() > 0; --k) {
-    map.key_frame(k).features = {};
-  }
+  return settle(map, count - std::max(config.window, config.relocalise_key_frames));
 }
+
+Settled retire_all(Map& map) { return settle(map, static_cast<int>(map.key_frames.size())); }
 
 ImagePose pose_of(const Map& map, const KeyFrame& k) {
   return {k.image,    k.time,

@@ -5,8 +5,8 @@
 #pragma once
 
 #include "map.hpp"
+#include "nadir/odometry/bundle_adjustment.hpp"
 #include "nadir/odometry/visual_odometry.hpp"
-#include "window_adjustment.hpp"
 
 namespace nadir::odometry {
 
@@ -14,8 +14,13 @@ namespace nadir::odometry {
 /// first `fixed`, are held. Takes out what does not fit.
 AdjustmentSummary adjust_window(Map& map, int window, int fixed);
 
-/// Lets the images of key frames that left the window die, later their descriptors.
-void retire(Map& map, const Config& config);
+using Settled = std::vector<std::shared_ptr<const SettledKeyFrame>>;
+
+/// Lets the images of key frames that left the window die, and hands out those that are too old to
+/// find recent ground by: their descriptors go with them.
+Settled retire(Map& map, const Config& config);
+/// Of a map that ends.
+Settled retire_all(Map& map);
 
 Window make_window(const Map& map, int window, const AdjustmentSummary& summary);
 ImagePose pose_of(const Map& map, const KeyFrame& key_frame);

@@ -55,10 +55,11 @@ bool write_sparse(LooseFile& file, const Ledger& ledger, const path& dive) {
                 "property uint observations\nproperty uint submap\n");
   for_each_shot(dive, [&](const Facts& facts, std::uint64_t sequence) {
     if (!facts.window) return;
+    const Similarity3 correction = ledger.corrections.at(facts.window->submap, facts.image);
     for (const TiePoint& point : facts.window->tie_points) {
       const auto newest = ledger.tie_points.find(point.id);
       if (newest == ledger.tie_points.end() || newest->second != sequence) continue;
-      ply.point(point.x_in_survey, point.rgb);
+      ply.point(correction * point.x_in_survey, point.rgb);
       file.put(point.images);
       file.put(facts.window->submap);
     }
@@ -70,8 +71,9 @@ bool write_projection3d(LooseFile& file, const Ledger& ledger, const path& dive)
   PlyWriter ply(file, ledger, ledger.grid_points, "property uint image\n");
   for_each_shot(dive, [&](const Facts& facts, std::uint64_t) {
     if (!facts.grid) return;
+    const Similarity3 correction = ledger.corrections.at(facts.grid->submap, facts.grid->image);
     for (const CloudPoint& point : facts.grid->points()) {
-      ply.point(point.x_in_survey, point.rgb);
+      ply.point(correction * point.x_in_survey, point.rgb);
       file.put(static_cast<std::uint32_t>(facts.grid->image));
     }
   });

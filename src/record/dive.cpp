@@ -122,9 +122,14 @@ struct Dive::State {
 };
 
 std::vector<Alert> Dive::State::make_files(const nlohmann::json& rates) {
-  const Ledger ledger = read_ledger(folder);
-  for (const ProjectedFile& file : ledger.projected) settle(disk, folder, file, false);
+  Ledger ledger = read_ledger(folder);
+  for (const auto& projected_facts : ledger.projected) {
+    settle(disk, folder, projected_facts.file, false);
+  }
   remove_leftovers(disk, folder);
+  // Without projected images the tiles stay as they were made, and only their place is corrected.
+  if (!ledger.corrections.empty() && !ledger.projected.empty())
+    tiles = rebuilt_tiles(folder, ledger);
   const Outcome outcome = make_products(disk, folder, ledger, tiles, {}, {});
   if (!outcome.failed.empty()) {
     const auto& [name, error] = *outcome.failed.begin();

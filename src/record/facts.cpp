@@ -65,6 +65,17 @@ void fields(Archive& archive, Is<Alert> auto& alert) {
 }
 
 template <class Archive>
+void fields(Archive& archive, Is<Correction> auto& correction) {
+  archive(correction.image, correction.submap, correction.corrected_from_live.scale,
+          correction.corrected_from_live.rigid);
+}
+
+template <class Archive>
+void fields(Archive& archive, Is<Join> auto& join) {
+  archive(join.submap, join.to, join.image, join.seen_by);
+}
+
+template <class Archive>
 void fields(Archive& archive, Is<Grid> auto& grid) {
   archive(grid.image, grid.submap, grid.survey_from_grid, grid.camera_in_survey, grid.max_range);
   int rows = grid.bgr.rows, columns = grid.bgr.cols;
@@ -103,7 +114,8 @@ template <class Archive>
 void fields(Archive& archive, Is<Facts> auto& facts) {
   archive(facts.of_shot, facts.image, facts.time, facts.name, facts.rejected, facts.dropped_before,
           facts.state, facts.submap, facts.poses, facts.lost, facts.health, facts.window,
-          facts.plane, facts.grid, facts.mosaic, facts.projected, facts.tiles, facts.alerts);
+          facts.plane, facts.grid, facts.mosaic, facts.projected, facts.tiles, facts.alerts,
+          facts.corrections, facts.joins);
 }
 
 namespace {
@@ -163,6 +175,13 @@ void add(const MosaicUpdate& update, Facts& facts) {
   append(facts.alerts, update.alerts);
 }
 
+void add(const Revision& revision, Facts& facts) {
+  facts.corrections.insert(facts.corrections.end(), revision.corrections.begin(),
+                           revision.corrections.end());
+  facts.joins.insert(facts.joins.end(), revision.joins.begin(), revision.joins.end());
+  append(facts.alerts, revision.alerts);
+}
+
 }  // namespace
 
 TilePlace place_of(const Tile& tile) { return {tile.mosaic, tile.row, tile.column}; }
@@ -180,6 +199,7 @@ Facts facts_of(const Entry& entry) {
     append(facts.alerts, entry.cloud->alerts);
   }
   if (entry.mosaic) add(*entry.mosaic, facts);
+  for (const auto& revision : entry.revisions) add(*revision, facts);
   return facts;
 }
 

@@ -10,6 +10,7 @@
 
 #include "archive.hpp"
 #include "nadir/core/cloud.hpp"
+#include "nadir/core/revision.hpp"
 #include "nadir/core/tile.hpp"
 #include "nadir/record/dive.hpp"
 
@@ -62,6 +63,8 @@ struct Facts {
   std::optional<ProjectedFile> projected;
   std::vector<TilePlace> tiles;
   std::vector<Alert> alerts;
+  std::vector<Correction> corrections;
+  std::vector<Join> joins;
 };
 
 TilePlace place_of(const Tile& tile);

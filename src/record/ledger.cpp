@@ -3,8 +3,10 @@
 #include "ledger.hpp"
 
 #include <algorithm>
+#include <numbers>
 
 #include "nadir/core/check.hpp"
+#include "nadir/mosaic2d/corrected.hpp"
 
 namespace nadir::record {
 namespace {
@@ -52,15 +54,23 @@ void add_grid(const Grid& grid, Ledger& ledger) {
   }
 }
 
+void add_revision(const Facts& facts, Ledger& ledger) {
+  for (const Correction& correction : facts.corrections) ledger.corrections.add(correction);
+  for (const Join& join : facts.joins) ledger.joined[join.submap] = join.to;
+}
+
 void add_facts(const Facts& facts, std::uint64_t sequence, Ledger& ledger) {
   if (facts.of_shot) add_shot(facts, ledger);
   add_orientation(facts, ledger);
   if (facts.window) add_window(*facts.window, sequence, ledger);
   if (facts.grid) add_grid(*facts.grid, ledger);
   if (facts.mosaic) ledger.mosaics.emplace(facts.mosaic->mosaic, *facts.mosaic);
-  if (facts.projected) ledger.projected.push_back(*facts.projected);
+  if (facts.projected && facts.mosaic && facts.plane) {
+    ledger.projected.push_back({*facts.projected, facts.mosaic->submap, *facts.plane});
+  }
   ledger.tiles.insert(facts.tiles.begin(), facts.tiles.end());
   ledger.alerts.insert(ledger.alerts.end(), facts.alerts.begin(), facts.alerts.end());
+  add_revision(facts, ledger);
 }
 
 bool add_begin(const Bytes& payload, Ledger& ledger) {
@@ -98,6 +108,31 @@ bool add_record(const Record& record, Ledger& ledger) {
     }
   }
   return false;
+}
+
+void correct(Ledger& ledger) {
+  if (ledger.corrections.empty()) return;
+  double farthest = ledger.farthest;
+  for (auto& [number, image] : ledger.images) {
+    if (!image.final) continue;
+    ImagePose& pose = *image.final;
+    const Similarity3 correction = ledger.corrections.at(pose.submap, number);
+    pose.survey_from_camera = correction * pose.survey_from_camera;
+    farthest = std::max(farthest, correction.scale * std::numbers::sqrt3 * ledger.farthest +
+                                      correction.rigid.translation.norm());
+  }
+  ledger.farthest = farthest;
+  std::map<std::uint32_t, std::uint64_t> first_image;  // of each mosaic
+  for (ProjectedFacts& projected : ledger.projected) {
+    ProjectedFile& file = projected.file;
+    first_image.try_emplace(file.mosaic, file.image);
+    file.world = mosaic2d::moved(file.world, projected.plane,
+                                 ledger.corrections.at(projected.submap, file.image));
+  }
+  for (auto& [number, grid] : ledger.mosaics) {
+    grid = mosaic2d::moved(grid, ledger.corrections.at(grid.submap, first_image[number]));
+  }
+  for (const auto& [submap, to] : ledger.joined) ledger.uncertain.erase(submap);
 }
 
 }  // namespace
@@ -146,6 +181,7 @@ Ledger read_ledger(const path& dive) {
                      "that are there were left as they are");
   }
   ledger.missing_records = journal.missing() + unreadable;
+  correct(ledger);
   return ledger;
 }
 

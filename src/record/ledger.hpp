@@ -27,6 +27,13 @@ struct ImageFacts {
   std::optional<ImagePose> live, final;  ///< as first published, and the newest
 };
 
+/// A projected image and the plane it lies on.
+struct ProjectedFacts {
+  ProjectedFile file;
+  std::uint32_t submap = 0;
+  Plane plane;
+};
+
 /// Images of each fate; they add up to captured.
 struct ImageCounts {
   std::uint64_t captured = 0, oriented = 0, lost = 0;
@@ -49,7 +56,9 @@ struct Ledger {
   double farthest = 0;  ///< largest coordinate of a point, tie point or grid's
   std::map<std::uint32_t, MosaicGrid> mosaics;
   std::set<TilePlace> tiles;
-  std::vector<ProjectedFile> projected;
+  std::vector<ProjectedFacts> projected;
+  Corrections corrections;
+  std::map<std::uint32_t, std::uint32_t> joined;  ///< a sub-map to the one it was joined to
   std::uint64_t queue_full = 0, captured = 0;
   bool ended = false;  ///< the dive came to its end
   std::uint64_t missing_records = 0;
@@ -59,7 +68,9 @@ struct Ledger {
   Scale scale() const;
 };
 
-/// Throws InputError as JournalReader does, and when not one record is whole.
+/// With all poses, world files and mosaics' places as corrected (those that are in records, of tie
+/// points and grids, are not). Throws InputError as JournalReader does, and when not one record is
+/// whole.
 Ledger read_ledger(const path& dive);
 
 /// First record and last of a journal.

@@ -29,8 +29,9 @@ struct Outcome {
 Outcome make_products(Disk& disk, const path& dive, const Ledger& ledger, const MosaicTiles& tiles,
                       const Stamps& whole, const std::set<std::string>& changed);
 
-/// From the projected images in the folder, as they were made at first.
-MosaicTiles rebuilt_tiles(const path& dive, const Ledger& ledger);
+/// From the projected images in the folder: as they were made at first, or where corrections have
+/// moved them; the ledger's mosaics and tiles are then those.
+MosaicTiles rebuilt_tiles(const path& dive, Ledger& ledger);
 
 /// Covered by the mosaics, in square survey units; ground in two of them counts twice.
 double covered_area(const Ledger& ledger, const MosaicTiles& tiles);

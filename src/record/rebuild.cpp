@@ -5,6 +5,7 @@
 #include <iterator>
 
 #include "nadir/image_io/decode.hpp"
+#include "nadir/mosaic2d/corrected.hpp"
 #include "nadir/mosaic2d/mosaic.hpp"
 #include "products.hpp"
 #include "projected_folder.hpp"
@@ -20,18 +21,26 @@ cv::Mat read_projected(const path& name) {
 
 }  // namespace
 
-MosaicTiles rebuilt_tiles(const path& dive, const Ledger& ledger) {
+MosaicTiles rebuilt_tiles(const path& dive, Ledger& ledger) {
+  const bool moved = !ledger.corrections.empty();
   std::map<std::uint32_t, mosaic2d::Mosaic> mosaics;
-  for (const auto& [number, grid] : ledger.mosaics) mosaics.try_emplace(number, grid);
+  for (auto& [number, grid] : ledger.mosaics) {
+    if (moved) grid = mosaic2d::levelled(grid);
+    mosaics.try_emplace(number, grid);
+  }
   MosaicTiles tiles;
-  for (const ProjectedFile& file : ledger.projected) {
+  for (const auto& [file, submap, plane] : ledger.projected) {
     const auto mosaic = mosaics.find(file.mosaic);
     if (mosaic == mosaics.end()) continue;
     const cv::Mat bgra = read_projected(projected_name(dive, file.image));
     if (bgra.empty()) continue;
-    for (const auto& tile : mosaic->second.add({file.image, bgra, file.world})) {
-      tiles[place_of(*tile)] = tile;
-    }
+    ProjectedImage image{file.image, bgra, file.world};
+    if (moved) image = mosaic2d::aligned(image, mosaic->second.grid());
+    for (const auto& tile : mosaic->second.add(image)) tiles[place_of(*tile)] = tile;
+  }
+  if (moved) {
+    ledger.tiles.clear();
+    for (const auto& [place, tile] : tiles) ledger.tiles.insert(place);
   }
   return tiles;
 }

@@ -79,7 +79,7 @@ bool mosaics_are_whole(const Previous& previous, const Found& found) {
 }
 
 void settle_projected(Disk& disk, const path& dive, const Ledger& ledger, Recovery& recovery) {
-  for (const ProjectedFile& file : ledger.projected) {
+  for (const auto& [file, submap, plane] : ledger.projected) {
     if (settle(disk, dive, file, true)) {
       ++recovery.projected;
     } else {
@@ -123,14 +123,15 @@ Recovery recover(const path& dive, Disk& disk) {
   if (has_journal(dive) && !lock.held()) {
     throw InputError(dive.string() + ": is being recorded; end the recording first");
   }
-  const Ledger ledger = read_ledger(dive);
+  Ledger ledger = read_ledger(dive);
   const Previous previous = read_previous(dive);
   Recovery recovery;
   count(ledger, previous, recovery);
   settle_projected(disk, dive, ledger, recovery);
   remove_leftovers(disk, dive);
   const Found found = find_files(dive, previous.files);
-  const bool rebuild = !mosaics_are_whole(previous, found);
+  // Corrected mosaics are always made again: the summary counts their tiles.
+  const bool rebuild = !mosaics_are_whole(previous, found) || !ledger.corrections.empty();
   const MosaicTiles tiles = rebuild ? rebuilt_tiles(dive, ledger) : MosaicTiles();
   const Outcome outcome = make_products(disk, dive, ledger, tiles, found.whole, found.changed);
   note_failures(previous, outcome, recovery);

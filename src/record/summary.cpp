@@ -37,10 +37,11 @@ json submaps_json(const Ledger& ledger) {
   }
   json submaps = json::array();
   for (const auto& [id, range] : ranges) {
+    const auto joined = ledger.joined.find(id);
     submaps.push_back({{"id", id},
                        {"first_image", range.first},
                        {"last_image", range.last},
-                       {"joined", nullptr},
+                       {"joined", joined == ledger.joined.end() ? json() : json(joined->second)},
                        {"uncertain", ledger.uncertain.contains(id)}});
   }
   return submaps;

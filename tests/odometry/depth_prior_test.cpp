@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: nadir contributors
 // SPDX-License-Identifier: Apache-2.0
-#include "depth_prior.hpp"
+#include "nadir/odometry/depth_prior.hpp"
 
 #include <gtest/gtest.h>
 

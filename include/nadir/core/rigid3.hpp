@@ -31,6 +31,13 @@ struct Similarity3 {
   Rigid3 operator*(const Rigid3& pose) const {
     return {(rigid.rotation * pose.rotation).normalized(), *this * pose.translation};
   }
+  Similarity3 operator*(const Similarity3& other) const {
+    return {scale * other.scale, *this * other.rigid};
+  }
+  Similarity3 inverse() const {
+    const Eigen::Quaterniond back = rigid.rotation.conjugate();
+    return {1 / scale, {back, -(back * rigid.translation) / scale}};
+  }
 };
 
 }  // namespace nadir

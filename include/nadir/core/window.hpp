@@ -80,6 +80,8 @@ struct Health {
   double exposure = 0;   ///< mean grey level, 0 to 255
 };
 
+struct SettledKeyFrame;
+
 /// Everything odometry has to say after one shot; exactly one per shot, in order.
 struct Orientation {
   std::shared_ptr<const Shot> shot;
@@ -91,6 +93,8 @@ struct Orientation {
   /// Images given up by this shot: waited for in initialisation or tracked without success.
   std::vector<std::uint64_t> lost;
   std::shared_ptr<const Window> window;  ///< null when no window was completed by this shot
+  /// Key frames that odometry will not change any more, each once, in order.
+  std::vector<std::shared_ptr<const SettledKeyFrame>> settled;
   Health health;
   std::vector<Alert> alerts;
 };

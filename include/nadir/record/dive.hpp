@@ -12,6 +12,7 @@
 #include <vector>
 
 #include "nadir/core/cloud.hpp"
+#include "nadir/core/revision.hpp"
 #include "nadir/core/tile.hpp"
 
 namespace nadir::record {
@@ -31,13 +32,14 @@ struct DiveInfo {
   nlohmann::json about = nlohmann::json::object();
 };
 
-/// All that was made of one shot, or (an orientation without a shot) after the last; any of the
-/// last three may be null (dropped on a live edge).
+/// All that was made of one shot, or (an orientation without a shot) after the last; any of
+/// surface, cloud and mosaic may be null (dropped on a live edge).
 struct Entry {
   std::shared_ptr<const Orientation> orientation;
   std::shared_ptr<const Surface> surface;
   std::shared_ptr<const Cloud> cloud;
   std::shared_ptr<const MosaicUpdate> mosaic;
+  std::vector<std::shared_ptr<const Revision>> revisions;  ///< that came meanwhile
 };
 
 /// Used by one thread. Blocks on the disk only; after the constructor, a disk that fails is told by

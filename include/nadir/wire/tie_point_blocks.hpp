@@ -21,6 +21,7 @@ class TiePointBlocks {
                                 std::span<const std::uint64_t> given_up = {});
   /// Tie points known.
   std::size_t size() const;
+  const std::map<std::uint64_t, TiePoints>& blocks() const { return blocks_; }
 
  private:
   std::map<std::uint64_t, TiePoints> blocks_;

@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: nadir contributors
 // SPDX-License-Identifier: Apache-2.0
-#include "window_adjustment.hpp"
+#include "nadir/odometry/bundle_adjustment.hpp"
 
 #include <gtest/gtest.h>
 
@@ -70,7 +70,7 @@ double position_error(const Adjustment& a, const Adjustment& b) {
   return worst;
 }
 
-TEST(WindowAdjustment, RecoversTheTruthExactlyWithoutNoise) {
+TEST(BundleAdjustment, RecoversTheTruthExactlyWithoutNoise) {
   Scene s = scene(small_rig(), 0, 2);
   const auto summary = adjust(s.start, small_rig(), {1.0, 50});
   EXPECT_TRUE(summary.usable);
@@ -81,7 +81,7 @@ TEST(WindowAdjustment, RecoversTheTruthExactlyWithoutNoise) {
 // 0.2 px of 300 at 1 m is 0.7 mm on the ground; some 40 points determine each pose, sideways motion
 // and tilt apart only by the edges of the image (a factor of about 6), the last is two images away
 // from the nearest fixed one.
-TEST(WindowAdjustment, StaysWithinTheNoise) {
+TEST(BundleAdjustment, StaysWithinTheNoise) {
   Scene s = scene(small_rig(), 0.2, 2);
   const auto summary = adjust(s.start, small_rig());
   EXPECT_TRUE(summary.converged);
@@ -89,7 +89,7 @@ TEST(WindowAdjustment, StaysWithinTheNoise) {
   EXPECT_NEAR(summary.rms_px, 0.2 * std::sqrt(2.0), 0.1);
 }
 
-TEST(WindowAdjustment, LeavesFixedImagesUntouched) {
+TEST(BundleAdjustment, LeavesFixedImagesUntouched) {
   Scene s = scene(small_rig(), 0.2, 2);
   adjust(s.start, small_rig());
   for (std::size_t i = 0; i < 2; ++i) {
@@ -98,14 +98,14 @@ TEST(WindowAdjustment, LeavesFixedImagesUntouched) {
   }
 }
 
-TEST(WindowAdjustment, TakesTheScaleFromAPair) {
+TEST(BundleAdjustment, TakesTheScaleFromAPair) {
   Scene s = scene(small_pair(), 0.1, 1);
   for (auto& point : s.start.points) point.x_in_map *= 1.02;
   adjust(s.start, small_pair(), {1.0, 50});
   EXPECT_LT(position_error(s.start, s.truth), 0.003);
 }
 
-TEST(WindowAdjustment, KeepsADistanceThatHoldsTheScale) {
+TEST(BundleAdjustment, KeepsADistanceThatHoldsTheScale) {
   Scene s = scene(small_rig(), 0.1, 1);
   const Rigid3 first_from_map = s.truth.images[0].camera_from_map;
   for (Adjustment* a : {&s.start, &s.truth}) {
@@ -119,7 +119,7 @@ TEST(WindowAdjustment, KeepsADistanceThatHoldsTheScale) {
   EXPECT_NEAR(s.start.images[1].camera_from_map.translation.norm(), distance, 1e-9);
 }
 
-TEST(WindowAdjustment, IsNotDraggedByAFewFish) {
+TEST(BundleAdjustment, IsNotDraggedByAFewFish) {
   Scene s = scene(small_rig(), 0.1, 2);
   for (std::size_t k = 0; k < s.start.observations.size(); k += 25) {
     s.start.observations[k].ray.x() += 15.0 / 300;
@@ -128,7 +128,7 @@ TEST(WindowAdjustment, IsNotDraggedByAFewFish) {
   EXPECT_LT(position_error(s.start, s.truth), 0.006);
 }
 
-TEST(WindowAdjustment, ChangesNothingWhenTheInputIsNoNumber) {
+TEST(BundleAdjustment, ChangesNothingWhenTheInputIsNoNumber) {
   Scene s = scene(small_rig(), 0, 2);
   s.start.images[3].camera_from_map.translation.x() = std::nan("");
   s.start.points[5].x_in_map.y() = std::nan("");
@@ -140,7 +140,7 @@ TEST(WindowAdjustment, ChangesNothingWhenTheInputIsNoNumber) {
   }
 }
 
-TEST(WindowAdjustment, AcceptsAnEmptyProblem) {
+TEST(BundleAdjustment, AcceptsAnEmptyProblem) {
   Adjustment a;
   a.images = {{{}, false, false}};
   const auto summary = adjust(a, small_rig());

@@ -7,8 +7,6 @@
 #include <Eigen/Core>
 #include <vector>
 
-#include "map.hpp"
-
 namespace nadir::odometry {
 
 struct DepthSample {
@@ -37,8 +35,5 @@ class DepthPrior {
   double relief_ = 0;                                ///< bound of the residuals to the plane
   bool known_ = false;
 };
-
-/// From the tie points seen in a key frame.
-DepthPrior depth_prior(const Map& map, const KeyFrame& key_frame);
 
 }  // namespace nadir::odometry

@@ -1,12 +1,13 @@
 // SPDX-FileCopyrightText: nadir contributors
 // SPDX-License-Identifier: Apache-2.0
-#include "window_adjustment.hpp"
+#include "nadir/odometry/bundle_adjustment.hpp"
 
 #include <ceres/ceres.h>
 #include <glog/logging.h>
 
 #include <cmath>
 #include <limits>
+#include <memory>
 
 namespace nadir::odometry {
 namespace {
@@ -116,9 +117,12 @@ double robust_rms(Adjustment& a, const CameraRig& rig, double robust_px) {
   return weights > 0 ? std::sqrt(sum / weights) : 0.0;
 }
 
-ceres::Solver::Options solver_options(int iterations, bool points_free) {
+ceres::Solver::Options solver_options(int iterations, bool points_free, std::size_t images) {
+  constexpr std::size_t kManyImages = 60;  // a dense matrix of their poses costs more than a sparse
   ceres::Solver::Options options;
-  options.linear_solver_type = points_free ? ceres::DENSE_SCHUR : ceres::DENSE_QR;
+  options.linear_solver_type = !points_free           ? ceres::DENSE_QR
+                               : images > kManyImages ? ceres::SPARSE_SCHUR
+                                                      : ceres::DENSE_SCHUR;
   options.max_num_iterations = iterations;
   options.function_tolerance = 1e-5;
   options.num_threads = 1;
@@ -137,6 +141,7 @@ AdjustmentSummary adjust(Adjustment& a, const CameraRig& rig, const AdjustmentOp
   PoseManifold manifold;
   DistantPoseManifold distant_manifold;
   ceres::CauchyLoss loss(options.robust_px);
+  std::vector<std::unique_ptr<ceres::ScaledLoss>> weighted;
   ceres::Problem::Options ownership;
   ownership.manifold_ownership = ceres::DO_NOT_TAKE_OWNERSHIP;
   ownership.loss_function_ownership = ceres::DO_NOT_TAKE_OWNERSHIP;
@@ -144,9 +149,15 @@ AdjustmentSummary adjust(Adjustment& a, const CameraRig& rig, const AdjustmentOp
   for (const auto& o : a.observations) {
     if (!std::isfinite(error_px(a, rig, o))) continue;
     const CameraModel& camera = o.right ? rig.right->camera : rig.left;
+    ceres::LossFunction* of_this = &loss;
+    if (o.weight != 1) {
+      weighted.push_back(
+          std::make_unique<ceres::ScaledLoss>(&loss, o.weight, ceres::DO_NOT_TAKE_OWNERSHIP));
+      of_this = weighted.back().get();
+    }
     problem.AddResidualBlock(new Reprojection(o.ray, mean_focal(camera),
                                               o.right ? &rig.right->right_from_left : nullptr),
-                             &loss, poses[static_cast<std::size_t>(o.image)].data(),
+                             of_this, poses[static_cast<std::size_t>(o.image)].data(),
                              points[static_cast<std::size_t>(o.point)].data());
   }
   bool points_free = false;
@@ -171,7 +182,7 @@ AdjustmentSummary adjust(Adjustment& a, const CameraRig& rig, const AdjustmentOp
   [[maybe_unused]] static const int kQuiet = FLAGS_minloglevel = google::GLOG_FATAL;
   AdjustmentSummary result;
   ceres::Solver::Summary summary;
-  ceres::Solve(solver_options(options.iterations, points_free), &problem, &summary);
+  ceres::Solve(solver_options(options.iterations, points_free, poses.size()), &problem, &summary);
   result.usable = summary.IsSolutionUsable() && is_finite(poses, points);
   result.iterations = static_cast<int>(summary.iterations.size());
   result.converged = summary.termination_type == ceres::CONVERGENCE;

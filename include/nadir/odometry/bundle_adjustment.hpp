@@ -27,6 +27,7 @@ struct Adjustment {
     int point = 0;        ///< index into points
     bool right = false;   ///< seen by the right camera of the pair
     Eigen::Vector2d ray;  ///< normalised undistorted coordinates in that camera
+    double weight = 1;    ///< of its square
     double error_px = 0;  ///< out: reprojection error; infinite behind the camera
   };
   std::vector<Image> images;

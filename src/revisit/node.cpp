@@ -1,0 +1,70 @@
+// SPDX-FileCopyrightText: nadir contributors
+// SPDX-License-Identifier: Apache-2.0
+#include "node.hpp"
+
+#include <algorithm>
+
+namespace nadir::revisit {
+namespace {
+
+std::vector<Eigen::Vector3d> in_camera(const SettledKeyFrame& key_frame) {
+  const Rigid3 camera_from_survey = key_frame.pose.survey_from_camera.inverse();
+  std::vector<Eigen::Vector3d> points;
+  points.reserve(key_frame.observations.size());
+  for (const auto& o : key_frame.observations) {
+    points.push_back(camera_from_survey * o.x_in_survey);
+  }
+  return points;
+}
+
+odometry::DepthPrior prior_of(const std::vector<Eigen::Vector3d>& points) {
+  std::vector<odometry::DepthSample> samples;
+  samples.reserve(points.size());
+  for (const auto& x : points) {
+    if (x.z() > 0) samples.push_back({x.hnormalized(), 1 / x.z()});
+  }
+  return odometry::DepthPrior(std::move(samples));
+}
+
+double median_depth(const std::vector<Eigen::Vector3d>& points) {
+  if (points.empty()) return 0;
+  std::vector<double> depths;
+  depths.reserve(points.size());
+  for (const auto& x : points) depths.push_back(x.z());
+  const auto middle = depths.begin() + static_cast<std::ptrdiff_t>(depths.size() / 2);
+  std::nth_element(depths.begin(), middle, depths.end());
+  return *middle;
+}
+
+// Tie points begin at corners; in later images they lie beside one.
+std::vector<int> observations_at(const SettledKeyFrame& key_frame) {
+  constexpr double kBeside_px = 4;
+  const double near = kBeside_px / key_frame.rig->left.fx;
+  std::vector<int> at(static_cast<std::size_t>(key_frame.features.size()), -1);
+  for (std::size_t f = 0; f < at.size(); ++f) {
+    double nearest = near;
+    for (std::size_t o = 0; o < key_frame.observations.size(); ++o) {
+      const double distance = (key_frame.observations[o].ray - key_frame.features.rays[f]).norm();
+      if (distance < nearest) nearest = distance, at[f] = static_cast<int>(o);
+    }
+  }
+  return at;
+}
+
+}  // namespace
+
+Node::Node(const SettledKeyFrame& key_frame)
+    : image(key_frame.pose.image),
+      submap(key_frame.pose.submap),
+      rig(key_frame.rig),
+      live(key_frame.pose.survey_from_camera),
+      corrected_from_camera{1, live},
+      metric(std::ranges::any_of(key_frame.observations,
+                                 [](const auto& o) { return o.right_ray.has_value(); })),
+      features(key_frame.features),
+      observations(key_frame.observations),
+      observation_at(observations_at(key_frame)),
+      prior(prior_of(in_camera(key_frame))),
+      depth(median_depth(in_camera(key_frame))) {}
+
+}  // namespace nadir::revisit

@@ -1,0 +1,42 @@
+// SPDX-FileCopyrightText: nadir contributors
+// SPDX-License-Identifier: Apache-2.0
+// A key frame in the map of all key frames.
+#pragma once
+
+#include <memory>
+#include <vector>
+
+#include "nadir/core/key_frame.hpp"
+#include "nadir/odometry/depth_prior.hpp"
+
+namespace nadir::revisit {
+
+struct Node {
+  explicit Node(const SettledKeyFrame& key_frame);
+
+  std::uint64_t image = 0;
+  std::uint32_t submap = 0;
+  std::shared_ptr<const CameraRig> rig;
+  Rigid3 live;                        ///< survey_from_camera as odometry left it
+  Similarity3 corrected_from_camera;  ///< lengths in the camera frame are odometry's
+  bool metric = false;                ///< of a stereo pair: its lengths are right
+  Features features;
+  std::vector<TiePointObservation> observations;
+  std::vector<int> observation_at;  ///< by feature: the tie point seen at that corner, or -1
+  odometry::DepthPrior prior;       ///< of the ground, odometry's lengths
+  double depth = 0;                 ///< median of its tie points along the optical axis
+
+  Similarity3 corrected_from_live() const {
+    return corrected_from_camera * Similarity3{1, live.inverse()};
+  }
+  /// Where the optical axis meets the ground.
+  Eigen::Vector3d ground_centre() const {
+    return corrected_from_camera * Eigen::Vector3d(0, 0, depth);
+  }
+  /// Width of the ground in the image.
+  double footprint() const {
+    return corrected_from_camera.scale * depth * rig->left.width / rig->left.fx;
+  }
+};
+
+}  // namespace nadir::revisit
