@@ -51,85 +51,109 @@ double median(std::vector<double> values) {
   return *middle;
 }
 
-// Inverse depth of the surface along a ray, in map units: on a plane it is linear in the ray, so a
-// plane is fitted to the nearest tie points, with the nearer ones and those that agree counting
-// more.
-std::optional<double> surface_at(const Vector2d& ray, std::vector<Seen> seen) {
-  constexpr std::size_t kNeighbours = 24, kMinNeighbours = 8;
-  constexpr double kFarthest = 0.25;    // of the focal length
-  constexpr double kMaxLeverage = 0.5;  // of all neighbours' weight: a ray outside them has more
-  constexpr int kIterations = 5;
-  if (seen.size() < kMinNeighbours) return std::nullopt;
-  const auto distance = [&](const Seen& point) { return (point.ray - ray).norm(); };
-  const std::size_t taken = std::min(kNeighbours, seen.size());
-  std::partial_sort(seen.begin(), seen.begin() + static_cast<std::ptrdiff_t>(taken), seen.end(),
-                    [&](const Seen& a, const Seen& b) { return distance(a) < distance(b); });
-  seen.resize(taken);
-  const double reach = distance(seen.back());
-  if (!(reach > 0 && reach < kFarthest)) return std::nullopt;
-
-  std::vector<double> agreement(taken, 1.0), residuals(taken);
-  Vector3d plane = Vector3d::Zero();
-  double leverage = 0;
-  for (int i = 0; i < kIterations; ++i) {
-    Eigen::Matrix3d information = Eigen::Matrix3d::Zero();
-    Vector3d sum = Vector3d::Zero();
-    for (std::size_t k = 0; k < taken; ++k) {
-      const Vector3d row(1, seen[k].ray.x() - ray.x(), seen[k].ray.y() - ray.y());
-      const double nearness = 1 - std::pow(distance(seen[k]) / (1.1 * reach), 2);
-      const double weight = agreement[k] * nearness;
-      information += weight * row * row.transpose();
-      sum += weight * seen[k].inverse_depth * row;
-    }
-    const Eigen::LDLT<Eigen::Matrix3d> solver(information);
-    plane = solver.solve(sum);
-    leverage = solver.solve(Vector3d::UnitX()).x();
-    for (std::size_t k = 0; k < taken; ++k) {
-      residuals[k] =
-          std::abs(plane.x() + plane.tail<2>().dot(seen[k].ray - ray) - seen[k].inverse_depth);
-    }
-    const double scale = std::max(1.4826 * median(residuals), 1e-9 * std::abs(plane.x()));
-    for (std::size_t k = 0; k < taken; ++k) {
-      const double u = residuals[k] / (4.7 * scale);  // Tukey
-      agreement[k] = u < 1 ? std::pow(1 - u * u, 2) : 0;
-    }
-  }
-  if (!(plane.x() > 0 && leverage > 0 && leverage < kMaxLeverage)) return std::nullopt;
-  return plane.x();
+// Tukey's weight: 1 for what agrees, 0 beyond 4.7 sigma.
+double agreement_of(double residual, double sigma) {
+  const double u = residual / (4.7 * sigma);
+  return std::abs(u) < 1 ? std::pow(1 - u * u, 2) : 0;
 }
 
-// Huber's mean of values about their median, with the spread of those it trusts.
+// The tie points nearest to a ray, nearest first.
+std::vector<Seen> nearest(const Vector2d& ray, std::vector<Seen> seen) {
+  constexpr std::size_t kNeighbours = 24;
+  const auto squared = [&](const Seen& point) { return (point.ray - ray).squaredNorm(); };
+  const std::size_t taken = std::min(kNeighbours, seen.size());
+  std::partial_sort(seen.begin(), seen.begin() + static_cast<std::ptrdiff_t>(taken), seen.end(),
+                    [&](const Seen& a, const Seen& b) { return squared(a) < squared(b); });
+  seen.resize(taken);
+  return seen;
+}
+
+// Inverse depth = plane . (1, ray - centre): the image of a plane.
+struct PlaneFit {
+  Vector3d plane = Vector3d::Zero();
+  double leverage = 0;  ///< variance of the value at the centre, of one point of weight 1
+};
+
+PlaneFit fit_plane(const Vector2d& centre, const std::vector<Seen>& points,
+                   const std::vector<double>& weights) {
+  Eigen::Matrix3d information = Eigen::Matrix3d::Zero();
+  Vector3d sum = Vector3d::Zero();
+  for (std::size_t i = 0; i < points.size(); ++i) {
+    const Vector2d from = points[i].ray - centre;
+    const Vector3d row(1, from.x(), from.y());
+    information += weights[i] * row * row.transpose();
+    sum += weights[i] * points[i].inverse_depth * row;
+  }
+  const Eigen::LDLT<Eigen::Matrix3d> solver(information);
+  return {solver.solve(sum), solver.solve(Vector3d::UnitX()).x()};
+}
+
+// Inverse depth of the surface along a ray, in map units: of a plane through the nearest tie
+// points, of which the nearer ones and those that agree count more.
+std::optional<double> surface_at(const Vector2d& ray, const std::vector<Seen>& seen) {
+  constexpr std::size_t kMinNeighbours = 8;
+  constexpr double kFarthest = 0.25;    // of the focal length
+  constexpr double kMaxLeverage = 0.5;  // a ray outside its neighbours has more
+  constexpr int kIterations = 5;
+  const std::vector<Seen> points = nearest(ray, seen);
+  const double reach = points.empty() ? 0 : (points.back().ray - ray).norm();
+  if (points.size() < kMinNeighbours || !(reach > 0 && reach < kFarthest)) return std::nullopt;
+
+  std::vector<double> nearness, residuals(points.size());
+  for (const Seen& point : points) {
+    nearness.push_back(1 - (point.ray - ray).squaredNorm() / (1.2 * reach * reach));
+  }
+  std::vector<double> weights = nearness;
+  PlaneFit fit;
+  for (int i = 0; i < kIterations; ++i) {
+    fit = fit_plane(ray, points, weights);
+    for (std::size_t k = 0; k < points.size(); ++k) {
+      residuals[k] = std::abs(fit.plane.x() + fit.plane.tail<2>().dot(points[k].ray - ray) -
+                              points[k].inverse_depth);
+    }
+    const double sigma = std::max(1.4826 * median(residuals), 1e-9 * std::abs(fit.plane.x()));
+    for (std::size_t k = 0; k < points.size(); ++k) {
+      weights[k] = nearness[k] * agreement_of(residuals[k], sigma);
+    }
+  }
+  if (!(fit.plane.x() > 0 && fit.leverage > 0 && fit.leverage < kMaxLeverage)) return std::nullopt;
+  return fit.plane.x();
+}
+
+// Robust mean about the median, with the spread of one value.
 struct Mean {
   double value = 0, spread = 0;
-  double independent = 0;  ///< how many values' worth, neighbours being alike
+  double independent = 0;  ///< how many values' worth: outliers count nothing, neighbours are alike
 };
 
 Mean robust_mean(const std::vector<double>& values) {
-  constexpr double kHuber = 1.5;
   constexpr int kIterations = 10;
   Mean mean;
   mean.value = median(values);
   std::vector<double> residuals;
+  residuals.reserve(values.size());
   for (const double value : values) residuals.push_back(std::abs(value - mean.value));
   const double n = static_cast<double>(values.size());
   const double spread = 1.4826 * median(residuals);
   mean.spread = std::sqrt((kUsualImages * kUsualSpread * kUsualSpread + n * spread * spread) /
                           (kUsualImages + n));
-  const double limit = kHuber * mean.spread;
+  double weights = 0, squares = 0, neighbours = 0;
   for (int i = 0; i < kIterations; ++i) {
-    double step = 0;
-    for (const double value : values) step += std::clamp(value - mean.value, -limit, limit);
-    mean.value += step / n;
-  }
-  double squares = 0, neighbours = 0, before = 0;
-  for (const double value : values) {
-    const double residual = std::clamp(value - mean.value, -2 * limit, 2 * limit);
-    squares += residual * residual;
-    neighbours += residual * before;
-    before = residual;
+    weights = squares = neighbours = 0;
+    double step = 0, before = 0;
+    for (const double value : values) {
+      const double weight = agreement_of(value - mean.value, mean.spread);
+      const double residual = weight * (value - mean.value);
+      weights += weight;
+      step += residual;
+      squares += residual * residual;
+      neighbours += residual * before;
+      before = residual;
+    }
+    if (weights > 0) mean.value += step / weights;
   }
   const double alike = squares > 0 ? std::clamp(neighbours / squares, 0.0, 0.9) : 0;
-  mean.independent = std::max(1.0, n * (1 - alike) / (1 + alike));
+  mean.independent = std::max(1.0, weights * (1 - alike) / (1 + alike));
   return mean;
 }
 

@@ -88,8 +88,9 @@ std::optional<Spot> fit_spot(const cv::Mat1f& image, const cv::Mat1b& at_least,
                              const Vector2d& start, double radius) {
   constexpr int kIterations = 40;
   constexpr double kConverged_px = 1e-4;
+  constexpr std::size_t kMinSamples = 21;  // three for each parameter
   const std::vector<Sample> seen = samples(image, at_least, start, radius);
-  if (seen.size() < 3 * Parameters::RowsAtCompileTime) return std::nullopt;
+  if (seen.size() < kMinSamples) return std::nullopt;
   Parameters p = first_guess(seen, radius);
   Linearised at = linearise(seen, p);
   double damping = 1e-3;
