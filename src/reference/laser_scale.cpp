@@ -5,6 +5,7 @@
 #include <Eigen/Cholesky>
 #include <algorithm>
 #include <cmath>
+#include <utility>
 #include <vector>
 
 #include "beam.hpp"
@@ -15,10 +16,11 @@ namespace {
 
 using Eigen::Vector2d, Eigen::Vector3d;
 
-// What no number of images takes away: the separation and how parallel the beams are (0.1 %), a
-// spot's centre where the light falls unevenly (0.02 px of 27), and corners that lie higher than
-// the ground between them (0.1 %).
-constexpr double kFloor = 0.002;
+// What no number of images takes away: the separation and how parallel the beams are, corners that
+// lie higher than the ground between them; and dots measured too near to each other, by 0.01 to
+// 0.08 px on gravel.
+constexpr double kFloor = 0.0015;
+constexpr double kFloor_px = 0.04;
 
 // One image, before their spread is known: 0.2 px of a dot on gravel, and the relief between tie
 // points. Counted as so many images.
@@ -201,7 +203,9 @@ void LaserScale::measure(const std::vector<ImagePose>& poses) {
     if (pose.submap != ground_->submap || dots == dots_.end()) continue;
     const auto seen = seen_by(pose, ground_->tie_points);
     const auto ratio = ratio_of(dots->second, beams_of(lasers_), lasers_.separation, seen);
-    if (ratio) measures_[pose.submap][pose.image] = std::log(*ratio);
+    if (!ratio) continue;
+    const auto& [first, second] = dots->second.dots;
+    measures_[pose.submap][pose.image] = {std::log(*ratio), (second.pixel - first.pixel).norm()};
   }
 }
 
@@ -210,17 +214,21 @@ void LaserScale::resized(std::uint32_t submap, double factor) {
   if (ground_ && ground_->submap == submap) ground_.reset();  // lies where the map was
   const auto measures = measures_.find(submap);
   if (measures == measures_.end()) return;
-  for (auto& [image, log_ratio] : measures->second) log_ratio -= std::log(factor);
+  for (auto& [image, measure] : measures->second) measure.log_ratio -= std::log(factor);
 }
 
 std::optional<LaserEstimate> LaserScale::estimate(std::uint32_t submap) const {
   const auto measures = measures_.find(submap);
   if (measures == measures_.end() || measures->second.size() < kMinImages) return std::nullopt;
-  std::vector<double> logs;
-  for (const auto& [image, log_ratio] : measures->second) logs.push_back(log_ratio);
+  std::vector<double> logs, apart_px;
+  for (const auto& [image, measure] : measures->second) {
+    logs.push_back(measure.log_ratio);
+    apart_px.push_back(measure.apart_px);
+  }
   const Mean mean = robust_mean(logs);
+  const double floor = std::hypot(kFloor, kFloor_px / median(std::move(apart_px)));
   return LaserEstimate{std::exp(mean.value),
-                       std::hypot(mean.spread / std::sqrt(mean.independent), kFloor),
+                       std::hypot(mean.spread / std::sqrt(mean.independent), floor),
                        static_cast<std::uint32_t>(logs.size()), mean.spread};
 }
 

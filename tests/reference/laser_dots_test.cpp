@@ -82,8 +82,10 @@ void expect_dots(const std::optional<LaserDots>& dots, const Lasers& lasers, dou
   for (std::size_t i = 0; i < 2; ++i) {
     const Vector2d wanted = Seabed::pixel(lasers, i, distances[i]);
     EXPECT_LT((dots->dots[i].pixel - wanted).norm(), tolerance_px) << "dot " << i;
-    const Vector3d place = lasers.origins_in_camera[i] + distances[i] * Vector3d::UnitZ();
-    const double lever_px = kCamera.fx * place.head<2>().norm() / place.z();
+    const Vector3d along = lasers.direction_in_camera.value_or(Vector3d::UnitZ());
+    const Vector3d vanishing = lasers.origins_in_camera[i] + 1e6 * along;
+    const Vector3d place = lasers.origins_in_camera[i] + distances[i] * along;
+    const double lever_px = kCamera.fx * (place / place.z() - vanishing / vanishing.z()).norm();
     EXPECT_NEAR(dots->dots[i].distance / distances[i], 1, tolerance_px / lever_px) << "dot " << i;
     EXPECT_LT((kCamera.unproject(dots->dots[i].pixel).value() - dots->dots[i].ray).norm(), 1e-9);
   }
@@ -97,6 +99,16 @@ TEST(LaserDots, AreFoundFromNearToFar) {
     expect_dots(find_laser_dots(seabed.frame(), two_lasers()), two_lasers(), distance, distance,
                 0.1);
   }
+}
+
+TEST(LaserDots, OfSlantingBeamsAreFound) {
+  Lasers lasers = two_lasers();
+  lasers.direction_in_camera = Vector3d(0.1, -0.2, 1).normalized();
+  lasers.separation = 0.1 * std::sqrt(1 - 0.01 / 1.05);  // across the beams
+  Seabed seabed;
+  seabed.light_dots(lasers, 1.2, 1.25);
+  expect_dots(find_laser_dots(seabed.frame(), lasers), lasers, 1.2, 1.25, 0.1);
+  EXPECT_FALSE(find_laser_dots(seabed.frame(), two_lasers()));
 }
 
 TEST(LaserDots, OfEveryColourAreFoundByThatColourOnly) {

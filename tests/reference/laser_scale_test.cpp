@@ -8,9 +8,9 @@
 #include <filesystem>
 #include <fstream>
 #include <iostream>
-#include <numeric>
 #include <random>
 #include <sstream>
+#include <utility>
 
 #include "nadir/calibration/rig_file.hpp"
 #include "nadir/image_io/decode.hpp"
@@ -36,7 +36,8 @@ Lasers two_lasers() {
 // the same divided by kRatio.
 class Survey {
  public:
-  explicit Survey(std::uint64_t seed = 1) : random_(seed) {
+  explicit Survey(std::uint64_t seed = 1, Lasers lasers = two_lasers())
+      : lasers_(std::move(lasers)), random_(seed) {
     std::uniform_real_distribution<double> along(-1, 4), beside(-1, 1);
     for (std::uint64_t i = 0; i < 600; ++i) {
       TiePoint point;
@@ -64,12 +65,14 @@ class Survey {
     LaserDots dots;
     dots.image = image;
     for (std::size_t i = 0; i < 2; ++i) {
-      const Vector3d from = metric * two_lasers().origins_in_camera[i];
-      const Vector3d along = metric.rotation * Vector3d::UnitZ();
+      const Vector3d from = metric * lasers_.origins_in_camera[i];
+      const Vector3d along =
+          metric.rotation * lasers_.direction_in_camera.value_or(Vector3d::UnitZ());
       const double t = (kOffset - kNormal.dot(from)) / kNormal.dot(along);
       const Vector3d x_in_camera = metric.inverse() * (from + t * along);
       dots.dots[i].distance = t;
       dots.dots[i].ray = x_in_camera.head<2>() / x_in_camera.z();
+      dots.dots[i].pixel = 600 * dots.dots[i].ray;
       if (noise_px > 0) dots.dots[i].ray += Vector2d(noise(random_), noise(random_));
     }
     return dots;
@@ -84,6 +87,7 @@ class Survey {
     return kOffset - kNormal.x() * place.x() - kNormal.y() * place.y();
   }
 
+  Lasers lasers_;
   std::mt19937_64 random_;
   Window window_;
 };
@@ -103,6 +107,18 @@ TEST(LaserScale, IsExactOnAPlane) {
   ASSERT_TRUE(estimate);
   EXPECT_NEAR(estimate->ratio, kRatio, 1e-9);
   EXPECT_EQ(estimate->images, 5u);
+}
+
+TEST(LaserScale, IsExactWithSlantingBeams) {
+  Lasers lasers = two_lasers();
+  lasers.direction_in_camera = Vector3d(0.1, -0.2, 1).normalized();
+  lasers.separation = 0.1 * std::sqrt(1 - 0.01 / 1.05);  // across the beams
+  Survey survey(1, lasers);
+  LaserScale scale(lasers);
+  for (std::uint64_t i = 0; i < 5; ++i) scale.observe(survey.add(i));
+  scale.observe(survey.window());
+  ASSERT_TRUE(scale.estimate(0));
+  EXPECT_NEAR(scale.estimate(0)->ratio, kRatio, 1e-9);
 }
 
 TEST(LaserScale, NeedsThreeImages) {
@@ -125,6 +141,22 @@ TEST(LaserScale, SigmaIsHonest) {
     EXPECT_LT(squares, 1.5) << images;
     EXPECT_GT(squares, 0.05) << images;  // the floor is most of it in the end
   }
+}
+
+// Small images see the dots near to each other, and what moves both of a kind weighs more.
+TEST(LaserScale, SigmaOfSmallImagesIsLarger) {
+  Survey survey;
+  LaserScale scale(two_lasers()), small(two_lasers());
+  for (std::uint64_t i = 0; i < 5; ++i) {
+    LaserDots dots = survey.add(i);
+    scale.observe(dots);
+    for (LaserDot& dot : dots.dots) dot.pixel /= 4;
+    small.observe(dots);
+  }
+  scale.observe(survey.window());
+  small.observe(survey.window());
+  EXPECT_LT(scale.estimate(0)->sigma, 0.005);
+  EXPECT_GT(small.estimate(0)->sigma, 0.005);
 }
 
 TEST(LaserScale, OutliersHardlyMoveIt) {

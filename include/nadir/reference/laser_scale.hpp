@@ -80,13 +80,17 @@ class LaserScale {
     std::vector<TiePoint> tie_points;
   };
 
+  struct Measure {
+    double log_ratio = 0;  ///< of metres per map unit
+    double apart_px = 0;   ///< between the dots
+  };
+
   void measure(const std::vector<ImagePose>& poses);
 
   calibration::Lasers lasers_;
-  std::optional<Ground> ground_;             ///< of the newest window
-  std::map<std::uint64_t, LaserDots> dots_;  ///< by image
-  /// By sub-map and image: the logarithm of metres per map unit.
-  std::map<std::uint32_t, std::map<std::uint64_t, double>> measures_;
+  std::optional<Ground> ground_;                                        ///< of the newest window
+  std::map<std::uint64_t, LaserDots> dots_;                             ///< by image
+  std::map<std::uint32_t, std::map<std::uint64_t, Measure>> measures_;  ///< by sub-map and image
 };
 
 }  // namespace nadir::reference
