@@ -17,10 +17,10 @@ namespace {
 using Eigen::Vector2d, Eigen::Vector3d;
 
 // What no number of images takes away: the separation and how parallel the beams are, corners that
-// lie higher than the ground between them; and dots measured too near to each other, by 0.01 to
-// 0.08 px on gravel.
+// lie higher than the ground between them; and dots measured too near to each other, by up to
+// 0.2 px over a scene of gravel.
 constexpr double kFloor = 0.0015;
-constexpr double kFloor_px = 0.04;
+constexpr double kFloor_px = 0.08;
 
 // One image, before their spread is known: 0.2 px of a dot on gravel, and the relief between tie
 // points. Counted as so many images.
