@@ -55,6 +55,21 @@ void describe_replay(CLI::App& verb, Replay& replay, std::string& address, std::
       ->check(not_empty);
   verb.add_option("--calib", replay.calibration, "camera file, over the folder's calib.yml")
       ->type_name("FILE");
+  auto* poses =
+      verb.add_option("--poses", replay.poses,
+                      "map with these camera poses instead of odometry: a TUM trajectory, "
+                      "t tx ty tz qx qy qz qw, metres, matched to the images by time; images "
+                      "without a pose are lost. Where its cameras look down its frame is the "
+                      "survey's, else the first images place it")
+          ->type_name("FILE")
+          ->check(not_empty);
+  verb.add_option("--colmap", replay.colmap,
+                  "the same with the poses of a COLMAP text model (images.txt), matched by file "
+                  "name; unscaled without a stereo pair. Its lens is not taken, unless by --calib "
+                  "FOLDER/cameras.txt")
+      ->type_name("FOLDER")
+      ->check(not_empty)
+      ->excludes(poses);
   add_settings(verb, replay.settings);
   auto* serve = verb.add_option("--serve", address, "show the map at http://ADDRESS, host:port")
                     ->type_name("ADDRESS")
