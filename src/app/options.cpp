@@ -57,16 +57,13 @@ void describe_replay(CLI::App& verb, Replay& replay, std::string& address, std::
       ->type_name("FILE");
   auto* poses =
       verb.add_option("--poses", replay.poses,
-                      "map with these camera poses instead of odometry: a TUM trajectory, "
-                      "t tx ty tz qx qy qz qw, metres, matched to the images by time; images "
-                      "without a pose are lost. Where its cameras look down its frame is the "
-                      "survey's, else the first images place it")
+                      "camera poses in place of odometry: a TUM trajectory in metres, matched to "
+                      "the images by time; its frame is the survey's if cameras look down in it")
           ->type_name("FILE")
           ->check(not_empty);
   verb.add_option("--colmap", replay.colmap,
-                  "the same with the poses of a COLMAP text model (images.txt), matched by file "
-                  "name; unscaled without a stereo pair. Its lens is not taken, unless by --calib "
-                  "FOLDER/cameras.txt")
+                  "the same from the images.txt of a COLMAP text model, matched by file name; "
+                  "metres only with a pair. The lens is not read: --calib FOLDER/cameras.txt does")
       ->type_name("FOLDER")
       ->check(not_empty)
       ->excludes(poses);

@@ -30,7 +30,7 @@ double median(std::vector<double>& values) {
 std::optional<Vector3d> meeting(const Map& map, const Bearing& a, const Bearing& b,
                                 double tolerance_px) {
   const std::array<Bearing, 2> bearings{a, b};
-  const auto x = triangulate(bearings);
+  auto x = triangulate(bearings);
   if (!x) return std::nullopt;
   for (const Bearing& bearing : bearings) {
     const auto again = ray_of(bearing.camera_from_map * *x);

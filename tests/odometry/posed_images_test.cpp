@@ -52,6 +52,7 @@ Dive dive(const Shots& shots, const GivenPoses& given, const Placement& placemen
 
 std::vector<Rigid3> swimming_path(int images, double step = 0.2) {
   std::vector<Rigid3> path;
+  path.reserve(static_cast<std::size_t>(images));
   for (int i = 0; i < images; ++i) {
     path.push_back(looking_down(step * i, 0.1 * std::sin(0.7 * i), 1 + 0.05 * std::cos(0.5 * i),
                                 0.15 * std::sin(0.4 * i), 0.03 * std::sin(1.1 * i)));

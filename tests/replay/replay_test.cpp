@@ -140,7 +140,7 @@ TEST(Replay, GivenPosesReplaceOdometryAndAllElseIsMapped) {
 
 // A COLMAP text model of the true poses in a frame of another origin, axes and unit.
 fs::path colmap_model(const fs::path& survey, const std::string& name) {
-  const fs::path model = fresh_folder(name);
+  fs::path model = fresh_folder(name);
   fs::create_directories(model);
   std::ifstream truth(survey / "gt_poses_tum.txt");
   std::ofstream images(model / "images.txt");
