@@ -61,14 +61,20 @@ std::vector<Alert> Dropped::told(std::uint64_t image, Time time) const {
   return all;
 }
 
-Graph::Graph(const Config& config, Rate rate, Ends ends)
+Graph::Odometry Graph::make_odometry(const odometry::Config& config,
+                                     std::optional<GivenPoses> poses) {
+  const auto place = [this](const Window& initial, const std::vector<Shared<Frame>>& frames) {
+    return survey_.place(initial, frames);
+  };
+  if (poses) return odometry::PosedImages(config, *std::move(poses), place);
+  return odometry::VisualOdometry(config, place);
+}
+
+Graph::Graph(const Config& config, Rate rate, Ends ends, std::optional<GivenPoses> poses)
     : rate_(rate),
       ends_(ends),
       survey_(config.reference, plane_of(config.plane)),
-      odometry_(config.odometry,
-                [this](const Window& initial, const std::vector<Shared<Frame>>& frames) {
-                  return survey_.place(initial, frames);
-                }),
+      odometry_(make_odometry(config.odometry, std::move(poses))),
       plane_(config.plane),
       mosaicker_(config.mosaic2d),
       projection_(config.projection3d),
@@ -174,7 +180,7 @@ void Graph::start_stages() {
         page_orientations_.close();
         settlements_.close();
       },
-      [this] { pass_on(odometry_.finish()); });
+      [this] { pass_on(std::visit([](auto& engine) { return engine.finish(); }, odometry_)); });
   capture_ = std::make_unique<Stage>(
       "capture", [this] { return capture_one(); }, [this] { shots_.close(); });
   started_ = true;
@@ -203,7 +209,9 @@ bool Graph::capture_one() {
   return true;
 }
 
-void Graph::orient(Shared<Shot> shot) { pass_on(odometry_.process(std::move(shot))); }
+void Graph::orient(Shared<Shot> shot) {
+  pass_on(std::visit([&](auto& engine) { return engine.process(std::move(shot)); }, odometry_));
+}
 
 void Graph::pass_on(Orientation orientation) {
   survey_.observe(orientation);

@@ -14,10 +14,12 @@
 #include <memory>
 #include <optional>
 #include <stop_token>
+#include <variant>
 #include <vector>
 
 #include "assembler.hpp"
 #include "config.hpp"
+#include "nadir/odometry/posed_images.hpp"
 #include "nadir/pipeline/channel.hpp"
 #include "nadir/pipeline/stage.hpp"
 #include "options.hpp"
@@ -48,7 +50,8 @@ class Graph {
     Progress& progress;
   };
 
-  Graph(const Config& config, Rate rate, Ends ends);
+  /// poses: in place of odometry.
+  Graph(const Config& config, Rate rate, Ends ends, std::optional<GivenPoses> poses = {});
 
   ~Graph();
 
@@ -72,6 +75,9 @@ class Graph {
   using Channel = pipeline::Channel<Shared<T>>;
   using Bell = std::shared_ptr<pipeline::Bell>;
 
+  using Odometry = std::variant<odometry::VisualOdometry, odometry::PosedImages>;
+
+  Odometry make_odometry(const odometry::Config& config, std::optional<GivenPoses> poses);
   template <class T, class Process>
   pipeline::Input feed(Channel<T>& channel, Process process);
   bool capture_one();
@@ -94,7 +100,7 @@ class Graph {
   const Rate rate_;
   Ends ends_;
   reference::SurveyFrame survey_;
-  odometry::VisualOdometry odometry_;
+  Odometry odometry_;
   plane::PlaneFit plane_;
   mosaic2d::Mosaicker mosaicker_;
   projection3d::PlaneProjection projection_;

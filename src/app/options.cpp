@@ -55,6 +55,18 @@ void describe_replay(CLI::App& verb, Replay& replay, std::string& address, std::
       ->check(not_empty);
   verb.add_option("--calib", replay.calibration, "camera file, over the folder's calib.yml")
       ->type_name("FILE");
+  auto* poses =
+      verb.add_option("--poses", replay.poses,
+                      "camera poses in place of odometry: a TUM trajectory in metres, matched to "
+                      "the images by time; its frame is the survey's if cameras look down in it")
+          ->type_name("FILE")
+          ->check(not_empty);
+  verb.add_option("--colmap", replay.colmap,
+                  "the same from the images.txt of a COLMAP text model, matched by file name; "
+                  "metres only with a pair. The lens is not read: --calib FOLDER/cameras.txt does")
+      ->type_name("FOLDER")
+      ->check(not_empty)
+      ->excludes(poses);
   add_settings(verb, replay.settings);
   auto* serve = verb.add_option("--serve", address, "show the map at http://ADDRESS, host:port")
                     ->type_name("ADDRESS")

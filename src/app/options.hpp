@@ -34,6 +34,7 @@ struct Settings {
 struct Replay {
   std::filesystem::path folder, dive;
   std::optional<std::filesystem::path> calibration;
+  std::optional<std::filesystem::path> poses, colmap;  ///< in place of odometry; one at most
   Settings settings;
   std::optional<Address> serve;
   bool keep_serving = false;

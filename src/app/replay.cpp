@@ -10,6 +10,7 @@
 #include "config_file.hpp"
 #include "graph.hpp"
 #include "interrupt.hpp"
+#include "nadir/capture/pose_files.hpp"
 #include "nadir/core/check.hpp"
 #include "page_assets.hpp"
 #include "verbs.hpp"
@@ -61,10 +62,23 @@ nlohmann::json as_json(const Config& config) {
   return json;
 }
 
+std::optional<GivenPoses> given_poses(const Replay& replay, const capture::FolderSource& source) {
+  if (replay.poses) return capture::read_tum(*replay.poses, source.images());
+  if (replay.colmap) return capture::read_colmap_poses(*replay.colmap, source.images());
+  return std::nullopt;
+}
+
+std::string engine(const Replay& replay) {
+  if (replay.poses) return "poses " + replay.poses->string();
+  if (replay.colmap) return "colmap " + replay.colmap->string();
+  return "odometry";
+}
+
 record::DiveInfo dive_info(const Replay& replay, const Config& config,
                            const capture::FolderSource& source) {
   record::DiveInfo info;
   info.about = {{"input", {{"folder", replay.folder.string()}, {"images", source.size()}}},
+                {"engine", engine(replay)},
                 {"configuration", as_json(config)},
                 {"versions", {{"nadir", kVersion}, {"opencv", CV_VERSION}}}};
   return info;
@@ -111,6 +125,7 @@ int run(const Replay& replay) {
   Interrupt interrupt;
   const Clock::time_point begun = Clock::now();
   capture::FolderSource source(replay.folder, replay.calibration, config.capture);
+  std::optional<GivenPoses> poses = given_poses(replay, source);
   std::optional<serve::WebServer> server;
   std::optional<Publisher> page;
   if (replay.serve) {
@@ -123,7 +138,8 @@ int run(const Replay& replay) {
                  server->port());
 
   Progress progress(source.size(), stderr);
-  Graph graph(config, replay.rate, {source, dive, page ? &*page : nullptr, progress});
+  Graph graph(config, replay.rate, {source, dive, page ? &*page : nullptr, progress},
+              std::move(poses));
   interrupt.on_interrupt([stop = graph.stop_source()]() mutable { stop.request_stop(); });
   const std::exception_ptr fault = graph.join();
   const auto tell = [&](const Alert& alert) {

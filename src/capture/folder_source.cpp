@@ -178,6 +178,15 @@ FolderSource::FolderSource(FolderSource&&) noexcept = default;
 FolderSource& FolderSource::operator=(FolderSource&&) noexcept = default;
 
 std::size_t FolderSource::size() const { return state_->list.images.size(); }
+std::vector<ListedImage> FolderSource::images() const {
+  std::vector<ListedImage> images;
+  for (std::size_t i = 0; i < size(); ++i) {
+    const ImageTime& time = state_->times[i];
+    images.push_back({printable(state_->list.stem(i)),
+                      time.fault.empty() ? std::optional(time.time) : std::nullopt});
+  }
+  return images;
+}
 std::shared_ptr<const CameraRig> FolderSource::rig() const { return state_->rig; }
 bool FolderSource::is_stereo() const { return state_->list.is_stereo(); }
 bool FolderSource::has_attitude() const { return state_->attitude.has_value(); }

@@ -70,6 +70,8 @@ std::string_view to_string(SurveyAxes axes) {
       return "attitude";
     case SurveyAxes::first_camera:
       return "first_camera";
+    case SurveyAxes::poses:
+      return "poses";
   }
   return "unknown";
 }
@@ -88,6 +90,8 @@ std::string_view to_string(ScaleSource source) {
       return "altitude";
     case ScaleSource::depth:
       return "depth";
+    case ScaleSource::poses:
+      return "poses";
   }
   return "unknown";
 }

@@ -8,6 +8,7 @@
 #include <string>
 #include <utility>
 
+#include "health.hpp"
 #include "initialisation.hpp"
 #include "loss.hpp"
 #include "mapping.hpp"
@@ -31,23 +32,6 @@ struct Follower {
   int key_frame = 0;
   Rigid3 camera_from_key_frame;
 };
-
-Health health_of(const View& view) {
-  Health health;
-  health.sharpness = view.sharpness;
-  health.exposure = view.exposure;
-  return health;
-}
-
-void count(Health& health, const Resection& resection, const CameraModel& camera) {
-  health.tie_points = static_cast<std::uint32_t>(resection.seen.size());
-  health.rms_px = resection.rms_px;
-  for (const Seen& s : resection.seen) {
-    const std::size_t right = s.pixel.x() > 0.5 * camera.width ? 1 : 0;
-    const std::size_t bottom = s.pixel.y() > 0.5 * camera.height ? 2 : 0;
-    ++health.by_quadrant[bottom + right];
-  }
-}
 
 void append(Settled& all, Settled more) {
   std::move(more.begin(), more.end(), std::back_inserter(all));

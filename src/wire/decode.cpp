@@ -61,9 +61,9 @@ std::optional<State> decode_state(View record) {
   Reader from(record, RecordType::state);
   State state;
   state.tracking = from.choice(TrackingState::lost);
-  state.axes = from.choice(SurveyAxes::first_camera);
+  state.axes = from.choice(SurveyAxes::poses);
   state.finished = from.flag();
-  state.scale.source = from.choice(ScaleSource::depth);
+  state.scale.source = from.choice(ScaleSource::poses);
   state.submap = from.number<std::uint32_t>();
   state.image = from.number<std::uint64_t>();
   state.time = from.number<Time>();

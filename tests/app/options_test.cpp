@@ -44,6 +44,12 @@ TEST(Options, ReplayTakesEveryOption) {
   EXPECT_EQ(replay.rate.hz, 2.5);
 }
 
+TEST(Options, ReplayTakesPosesOfOneOtherProgram) {
+  EXPECT_EQ(std::get<Replay>(parse({"replay", "s", "--out", "d", "--poses", "t.tum"})).poses,
+            "t.tum");
+  EXPECT_EQ(std::get<Replay>(parse({"replay", "s", "--out", "d", "--colmap", "m"})).colmap, "m");
+}
+
 TEST(Options, WrongCommandLinesExitWithTwo) {
   const std::vector<std::vector<const char*>> wrong = {
       {},
@@ -57,6 +63,8 @@ TEST(Options, WrongCommandLinesExitWithTwo) {
       {"replay", "survey", "--out", "dive", "--rate", "nan"},
       {"replay", "survey", "--out", "dive", "--serve", "a:1", "--no-serve"},
       {"replay", "survey", "--out", "dive", "--keep-serving"},
+      {"replay", "survey", "--out", "dive", "--poses", "a.tum", "--colmap", "model"},
+      {"replay", "survey", "--out", "dive", "--poses", ""},
       {"replay", "survey", "--out", "dive", "--serve", "8765"},
       {"replay", "survey", "--out", "dive", "--serve", "localhost:99999"},
       {"replay", "survey", "--out", "dive", "--serve", "localhost:"},

@@ -104,6 +104,102 @@ TEST(Replay, TwiceGivesTheSameBytes) {
   for (const auto& [name, bytes] : a) EXPECT_TRUE(bytes == b[name]) << name << " differs";
 }
 
+// By line: printed poses are equal up to the last digit.
+void expect_equal_trajectories(const fs::path& one, const fs::path& other) {
+  std::ifstream a(one), b(other);
+  for (std::string line_a, line_b; std::getline(a, line_a);) {
+    ASSERT_TRUE(std::getline(b, line_b));
+    if (line_a.starts_with('#')) continue;
+    std::istringstream values_a(line_a), values_b(line_b);
+    for (double x = 0, y = 0; values_a >> x;) {
+      ASSERT_TRUE(values_b >> y);
+      EXPECT_NEAR(x, y, 2e-6) << line_a << '\n' << line_b;
+    }
+  }
+}
+
+TEST(Replay, GivenPosesReplaceOdometryAndAllElseIsMapped) {
+  const Dive own = replay(pool(), "own");
+  ASSERT_EQ(own.status, 0) << contents(own.log);
+  const fs::path tum = own.folder / "trajectory.tum";
+  const Dive given = replay(pool(), "given", "--poses '" + tum.string() + "'");
+  ASSERT_EQ(given.status, 0) << contents(given.log);
+  expect_equal_trajectories(tum, given.folder / "trajectory.tum");
+  const auto json = dive_json(given.folder);
+  expect_counts_add_up(json);
+  EXPECT_EQ(json["counts"]["oriented"], 12);
+  EXPECT_GE(json["counts"]["planes"], 8);
+  EXPECT_EQ(json["engine"], "poses " + tum.string());
+  EXPECT_EQ(json["scale"]["source"], "poses");
+  EXPECT_EQ(json["survey_axes"], "poses");
+  EXPECT_EQ(dive_json(own.folder)["engine"], "odometry");
+  EXPECT_TRUE(fs::exists(given.folder / "mosaic2d" / "mosaic-000.png"));
+  EXPECT_GT(fs::file_size(given.folder / "projection3d.ply"), 100'000u);
+  EXPECT_EQ(contents(given.folder / "alerts.jsonl"), contents(own.folder / "alerts.jsonl"));
+}
+
+// A COLMAP text model of the true poses in a frame of another origin, axes and unit.
+fs::path colmap_model(const fs::path& survey, const std::string& name) {
+  fs::path model = fresh_folder(name);
+  fs::create_directories(model);
+  std::ifstream truth(survey / "gt_poses_tum.txt");
+  std::ofstream images(model / "images.txt");
+  images.precision(12);
+  const Eigen::Quaterniond turn(0.5, -0.5, 0.5, 0.5);
+  int id = 0;
+  for (std::string line; std::getline(truth, line);) {
+    double t = 0;
+    Eigen::Vector3d x;
+    Eigen::Quaterniond q;
+    if (!(std::istringstream(line) >> t >> x.x() >> x.y() >> x.z() >> q.x() >> q.y() >> q.z() >>
+          q.w()))
+      continue;
+    const Eigen::Quaterniond back = (turn * q).conjugate();
+    const Eigen::Vector3d shift = -(back * (0.3 * (turn * x) + Eigen::Vector3d(1, 2, 3)));
+    std::array<char, 16> number{};
+    std::snprintf(number.data(), number.size(), "%06d", id++);
+    images << id << ' ' << back.w() << ' ' << back.vec().transpose() << ' ' << shift.transpose()
+           << " 1 left/" << number.data() << ".jpg\n\n";
+  }
+  return model;
+}
+
+TEST(Replay, ColmapModelOfPairsIsMappedInMetres) {
+  const Dive dive =
+      replay(pool(), "colmap", "--colmap '" + colmap_model(pool(), "model").string() + "'");
+  ASSERT_EQ(dive.status, 0) << contents(dive.log);
+  const auto json = dive_json(dive.folder);
+  expect_counts_add_up(json);
+  EXPECT_EQ(json["counts"]["oriented"], 12);
+  EXPECT_GE(json["counts"]["planes"], 8);
+  EXPECT_EQ(json["scale"]["source"], "stereo");
+  EXPECT_EQ(json["survey_axes"], "attitude");
+  // The poses are exact, the pair of half-size images tells the scale.
+  EXPECT_LT(fit(dive.folder / "trajectory.tum", pool() / "gt_poses_tum.txt", true).rmse, 1e-4);
+  const Fit rigid = fit(dive.folder / "trajectory.tum", pool() / "gt_poses_tum.txt", false);
+  EXPECT_LT(rigid.rmse, 0.01);
+}
+
+TEST(Replay, ColmapModelOfSingleImagesIsMappedUnscaled) {
+  const Dive dive =
+      replay(reef(), "colmap-mono", "--colmap '" + colmap_model(reef(), "model").string() + "'");
+  ASSERT_EQ(dive.status, 0) << contents(dive.log);
+  const auto json = dive_json(dive.folder);
+  EXPECT_EQ(json["counts"]["oriented"], 10);
+  EXPECT_EQ(json["scale"]["source"], "none");
+  EXPECT_LT(fit(dive.folder / "trajectory.tum", reef() / "gt_poses_tum.txt", true).rmse, 1e-4);
+}
+
+TEST(Replay, PosesThatCannotBeReadAreRefusedBeforeTheDive) {
+  const fs::path file = fresh_folder("poses.tum");
+  std::ofstream(file) << "0 1 2 3 one 0 0 0\n";
+  const Dive malformed = replay(reef(), "malformed", "--poses '" + file.string() + "'");
+  EXPECT_EQ(malformed.status, 1);
+  EXPECT_NE(contents(malformed.log).find(file.string() + ":1:"), std::string::npos);
+  EXPECT_FALSE(fs::exists(malformed.folder));
+  EXPECT_EQ(replay(reef(), "both", "--poses a.tum --colmap b").status, 2);
+}
+
 TEST(Replay, AtAGivenRateCountsWhatItDrops) {
   const Dive dive = replay(pool(), "fast", "--rate 1000");
   ASSERT_EQ(dive.status, 0) << contents(dive.log);

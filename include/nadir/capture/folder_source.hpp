@@ -8,6 +8,7 @@
 #include <filesystem>
 #include <memory>
 #include <optional>
+#include <string>
 #include <vector>
 
 #include "nadir/calibration/lasers.hpp"
@@ -28,6 +29,12 @@ struct Config {
   void check() const;
   Eigen::Quaterniond body_from_camera() const;
   int divisor() const { return static_cast<int>(1 / scale); }
+};
+
+/// An image, or the left one of a pair, as the folder lists it.
+struct ListedImage {
+  std::string name;  ///< of its file, without extension
+  std::optional<Time> time;
 };
 
 /// FOLDER/images/left and right, FOLDER/images, or FOLDER itself; JPEG, PNG and TIFF files in the
@@ -52,6 +59,8 @@ class FolderSource {
 
   /// Images or pairs listed, those to be rejected included.
   std::size_t size() const;
+  /// All of them, by image number.
+  std::vector<ListedImage> images() const;
   /// At the processed scale; has a right camera only when is_stereo().
   std::shared_ptr<const CameraRig> rig() const;
   bool is_stereo() const;

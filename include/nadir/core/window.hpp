@@ -17,7 +17,15 @@ namespace nadir {
 enum class TrackingState { waiting, initialising, tracking, lost };
 std::string_view to_string(TrackingState state);
 
-enum class ScaleSource { none, stereo, laser, typed, altitude, depth };
+enum class ScaleSource {
+  none,
+  stereo,
+  laser,
+  typed,
+  altitude,
+  depth,
+  poses,  ///< that of poses given by another program
+};
 std::string_view to_string(ScaleSource source);
 
 /// What gave the survey frame its axes.
@@ -27,6 +35,7 @@ enum class SurveyAxes : std::uint8_t {
                  ///< it
   attitude,      ///< x east, y north, z up, from the AHRS
   first_camera,  ///< no plane either: z against the mean viewing direction
+  poses,         ///< those of poses given by another program
 };
 std::string_view to_string(SurveyAxes axes);
 

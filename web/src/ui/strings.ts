@@ -24,7 +24,7 @@ export const S = {
   submap: (number: number) => `part ${number + 1}`,
   unscaled: "Unscaled",
   unscaledLong: "no scale: lengths are not metres",
-  scaled: { stereo: "Stereo scale", laser: "Laser scale", typed: "Typed scale", altitude: "Sonar scale", depth: "Depth scale" },
+  scaled: { stereo: "Stereo scale", laser: "Laser scale", typed: "Typed scale", altitude: "Sonar scale", depth: "Depth scale", poses: "Given scale" },
   north: "N",
   link: { connecting: "Connecting", live: "Live", lost: "Reconnecting" },
   linkLost: "The picture is not up to date",
