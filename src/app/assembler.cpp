@@ -59,7 +59,8 @@ std::vector<std::shared_ptr<const Revision>> Assembler::taken_revisions(std::uin
   std::vector<std::shared_ptr<const Revision>> taken;
   while (!revisions_.empty() && place(*revisions_.front()) <= wanted) {
     const auto& revision = *revisions_.front();
-    if (!revision.corrections.empty() || !revision.joins.empty() || !revision.alerts.empty()) {
+    if (!revision.corrections.empty() || !revision.joins.empty() || !revision.scales.empty() ||
+        !revision.alerts.empty()) {
       taken.push_back(std::move(revisions_.front()));
     }
     revisions_.pop_front();

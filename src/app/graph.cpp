@@ -73,7 +73,7 @@ Graph::Odometry Graph::make_odometry(const odometry::Config& config,
 Graph::Graph(const Config& config, Rate rate, Ends ends, std::optional<GivenPoses> poses)
     : rate_(rate),
       ends_(ends),
-      survey_(config.reference, plane_of(config.plane)),
+      survey_(config.reference, plane_of(config.plane), ends.source.lasers()),
       odometry_(make_odometry(config.odometry, std::move(poses))),
       plane_(config.plane),
       mosaicker_(config.mosaic2d),
@@ -210,11 +210,13 @@ bool Graph::capture_one() {
 }
 
 void Graph::orient(Shared<Shot> shot) {
+  shot = survey_.mark(std::move(shot));
   pass_on(std::visit([&](auto& engine) { return engine.process(std::move(shot)); }, odometry_));
 }
 
 void Graph::pass_on(Orientation orientation) {
-  survey_.observe(orientation);
+  std::vector<Alert> conflicts = survey_.observe(orientation);
+  std::ranges::move(conflicts, std::back_inserter(orientation.alerts));
   if (windows_skipped_ > 0) orientation.alerts.push_back(skipped(orientation, windows_skipped_));
   Settlement settlement;
   if (orientation.shot) {
@@ -222,6 +224,7 @@ void Graph::pass_on(Orientation orientation) {
     settlement.time = orientation.shot->time;
   }
   settlement.key_frames = std::move(orientation.settled);
+  settlement.scales = survey_.improved_scales(!orientation.shot);
   const auto message = std::make_shared<const Orientation>(std::move(orientation));
   recorded_orientations_.push(message);
   settlements_.push(std::make_shared<const Settlement>(std::move(settlement)));

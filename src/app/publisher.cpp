@@ -85,7 +85,8 @@ void Publisher::publish(const Orientation& orientation) {
       seen_[block.block] = {orientation.window->submap, orientation.window->images.back().image};
       send_corrected(block);
     }
-    state_.scale = orientation.window->scale;
+    const auto corrected = scales_.find(orientation.window->submap);
+    state_.scale = corrected == scales_.end() ? orientation.window->scale : corrected->second;
     state_.axes = orientation.window->axes;
     ++state_.windows;
   }
@@ -179,6 +180,7 @@ void Publisher::send_corrected(const MosaicGrid& grid, std::uint64_t first_image
 
 void Publisher::publish(const Revision& revision) {
   for (const Alert& alert : revision.alerts) publish(alert);
+  for (const auto& [submap, scale] : revision.scales) scales_[submap] = scale;
   std::set<std::uint64_t> moved;  // key frames
   for (const Correction& correction : revision.corrections) {
     corrections_.add(correction);

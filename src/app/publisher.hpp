@@ -61,6 +61,7 @@ class Publisher {
   std::map<std::uint64_t, Seen> seen_;  ///< by block of tie points: where they were last adjusted
   std::map<std::uint32_t, std::pair<MosaicGrid, std::uint64_t>> mosaics_;  ///< first image
   Corrections corrections_;
+  std::map<std::uint32_t, Scale> scales_;  ///< by sub-map, as corrected
   std::set<std::tuple<std::uint32_t, std::int32_t, std::int32_t>> tiles_;
   std::uint64_t alerts_ = 0;
   bool camera_sent_ = false;

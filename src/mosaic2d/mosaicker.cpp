@@ -110,6 +110,7 @@ struct Mosaicker::State {
         project_image(even_light ? lamps.flatten(colour) : colour, view, mosaic->grid(), pixels);
     image.image = window.central_pose().image;
     if (even_light) apply_gain(image.bgra, mosaic->gain_to_match(image));
+    for (const Disc& disc : window.central->hidden) hide(image, view, disc);
     return image;
   }
 };

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numbers>
 #include <opencv2/imgproc.hpp>
 #include <vector>
 
@@ -266,6 +267,21 @@ ProjectedImage project_image(const cv::Mat& bgr, const View& view, const MosaicG
   const ImageFromRaster image_from_raster(seen, projected.world);
   Warp(opaque, image_from_raster, projected.bgra).run();
   return projected;
+}
+
+void hide(ProjectedImage& image, const View& view, const Disc& disc) {
+  constexpr int kCorners = 24;
+  std::vector<cv::Point> outline;
+  for (int i = 0; i < kCorners; ++i) {
+    const double angle = 2 * std::numbers::pi * i / kCorners;
+    const auto ground = ground_point(
+        view, disc.pixel + disc.radius_px * Eigen::Vector2d(std::cos(angle), std::sin(angle)));
+    if (!ground) return;
+    const WorldFile& world = image.world;  // north up
+    outline.emplace_back(cvRound((ground->x() - world.c) / world.a),
+                         cvRound((ground->y() - world.f) / world.e));
+  }
+  cv::fillConvexPoly(image.bgra, outline, cv::Scalar::all(0));
 }
 
 }  // namespace nadir::mosaic2d

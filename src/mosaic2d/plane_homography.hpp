@@ -7,6 +7,7 @@
 #include <optional>
 
 #include "nadir/core/camera_model.hpp"
+#include "nadir/core/frame.hpp"
 #include "nadir/core/tile.hpp"
 
 namespace nadir::mosaic2d {
@@ -43,5 +44,8 @@ std::optional<cv::Rect> raster(const Footprint& footprint, const MosaicGrid& gri
 /// reduced by area averages first where it is much finer than the raster.
 ProjectedImage project_image(const cv::Mat& bgr, const View& view, const MosaicGrid& grid,
                              const cv::Rect& raster);
+
+/// Makes a disc of the view's image transparent.
+void hide(ProjectedImage& image, const View& view, const Disc& disc);
 
 }  // namespace nadir::mosaic2d

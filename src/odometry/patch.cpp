@@ -176,8 +176,8 @@ std::optional<Template> warp_patch(const Patch& patch, const Matrix2d& image_fro
   Template result;
   for (int row = 0, i = 0; row < Template::kSide; ++row) {
     for (int column = 0; column < Template::kSide; ++column, ++i) {
-      const float* at = &wide[static_cast<std::size_t>(row + 1) * kWide +
-                              static_cast<std::size_t>(column + 1)];
+      const float* at =
+          &wide[static_cast<std::size_t>(row + 1) * kWide + static_cast<std::size_t>(column + 1)];
       result.value[i] = *at;
       result.gradient.row(i) << 0.5F * (at[1] - at[-1]), 0.5F * (at[kWide] - at[-kWide]);
     }

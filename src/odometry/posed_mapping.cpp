@@ -6,8 +6,8 @@
 #include <array>
 #include <cmath>
 
-#include "nadir/odometry/depth_prior.hpp"
 #include "mapping.hpp"
+#include "nadir/odometry/depth_prior.hpp"
 #include "sighting.hpp"
 #include "triangulation.hpp"
 

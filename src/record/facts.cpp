@@ -71,6 +71,11 @@ void fields(Archive& archive, Is<Correction> auto& correction) {
 }
 
 template <class Archive>
+void fields(Archive& archive, Is<std::pair<std::uint32_t, Scale>> auto& scale) {
+  archive(scale.first, scale.second.source, scale.second.sigma);
+}
+
+template <class Archive>
 void fields(Archive& archive, Is<Join> auto& join) {
   archive(join.submap, join.to, join.image, join.seen_by);
 }
@@ -115,7 +120,7 @@ void fields(Archive& archive, Is<Facts> auto& facts) {
   archive(facts.of_shot, facts.image, facts.time, facts.name, facts.rejected, facts.dropped_before,
           facts.state, facts.submap, facts.poses, facts.lost, facts.health, facts.window,
           facts.plane, facts.grid, facts.mosaic, facts.projected, facts.tiles, facts.alerts,
-          facts.corrections, facts.joins);
+          facts.corrections, facts.joins, facts.scales);
 }
 
 namespace {
@@ -179,6 +184,7 @@ void add(const Revision& revision, Facts& facts) {
   facts.corrections.insert(facts.corrections.end(), revision.corrections.begin(),
                            revision.corrections.end());
   facts.joins.insert(facts.joins.end(), revision.joins.begin(), revision.joins.end());
+  facts.scales.insert(facts.scales.end(), revision.scales.begin(), revision.scales.end());
   append(facts.alerts, revision.alerts);
 }
 

@@ -65,6 +65,7 @@ struct Facts {
   std::vector<Alert> alerts;
   std::vector<Correction> corrections;
   std::vector<Join> joins;
+  std::vector<std::pair<std::uint32_t, Scale>> scales;  ///< of sub-maps, as corrected
 };
 
 TilePlace place_of(const Tile& tile);

@@ -57,6 +57,7 @@ void add_grid(const Grid& grid, Ledger& ledger) {
 void add_revision(const Facts& facts, Ledger& ledger) {
   for (const Correction& correction : facts.corrections) ledger.corrections.add(correction);
   for (const Join& join : facts.joins) ledger.joined[join.submap] = join.to;
+  for (const auto& [submap, scale] : facts.scales) ledger.corrected_scales[submap] = scale;
 }
 
 void add_facts(const Facts& facts, std::uint64_t sequence, Ledger& ledger) {
@@ -111,6 +112,7 @@ bool add_record(const Record& record, Ledger& ledger) {
 }
 
 void correct(Ledger& ledger) {
+  for (const auto& [submap, scale] : ledger.corrected_scales) ledger.scales[submap] = scale;
   if (ledger.corrections.empty()) return;
   double farthest = ledger.farthest;
   for (auto& [number, image] : ledger.images) {

@@ -58,7 +58,8 @@ struct Ledger {
   std::set<TilePlace> tiles;
   std::vector<ProjectedFacts> projected;
   Corrections corrections;
-  std::map<std::uint32_t, std::uint32_t> joined;  ///< a sub-map to the one it was joined to
+  std::map<std::uint32_t, Scale> corrected_scales;  ///< by sub-map
+  std::map<std::uint32_t, std::uint32_t> joined;    ///< a sub-map to the one it was joined to
   std::uint64_t queue_full = 0, captured = 0;
   bool ended = false;  ///< the dive came to its end
   std::uint64_t missing_records = 0;

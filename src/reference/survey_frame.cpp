@@ -114,8 +114,34 @@ void Config::check() const {
   }
 }
 
-SurveyFrame::SurveyFrame(Config config, PlaneOf plane_of)
-    : config_(config), plane_of_(std::move(plane_of)) {}
+SurveyFrame::SurveyFrame(Config config, PlaneOf plane_of,
+                         const std::optional<calibration::Lasers>& lasers)
+    : config_(config), plane_of_(std::move(plane_of)) {
+  if (!lasers) return;
+  lasers_fault_ = fault_of(*lasers);
+  if (!lasers_fault_.empty()) return;
+  beams_ = lasers;
+  lasers_.emplace(*lasers);
+}
+
+std::shared_ptr<const Shot> SurveyFrame::mark(std::shared_ptr<const Shot> shot) {
+  Shot marked = *shot;
+  if (!lasers_fault_.empty()) {
+    marked.alerts.push_back({shot->time, shot->image, AlertKind::calibration_suspect,
+                             "the lasers give no scale: " + lasers_fault_,
+                             "correct lasers.yml; the map goes on without them"});
+    lasers_fault_.clear();
+    return std::make_shared<const Shot>(std::move(marked));
+  }
+  if (!beams_ || !shot->frame) return shot;
+  const auto dots = find_laser_dots(*shot->frame, *beams_);
+  if (!dots) return shot;
+  lasers_->observe(*dots);
+  Frame frame = *shot->frame;
+  for (const LaserDot& dot : dots->dots) frame.hidden.push_back({dot.pixel, dot.radius_px});
+  marked.frame = std::make_shared<const Frame>(std::move(frame));
+  return std::make_shared<const Shot>(std::move(marked));
+}
 
 SubmapPlacement SurveyFrame::place(const Window& initial,
                                    const std::vector<std::shared_ptr<const Frame>>& frames) {
@@ -124,13 +150,20 @@ SubmapPlacement SurveyFrame::place(const Window& initial,
   SubmapPlacement placement;
   placement.uncertain = !first;
 
+  double& size = placement.survey_from_odometry.scale;
+  if (lasers_) lasers_->observe(initial);
+  const auto laser = lasers_ ? lasers_->estimate(initial.submap) : std::nullopt;
   if (is_stereo(frames)) {
     placement.scale = {ScaleSource::stereo,
                        stereo_sigma(*frames.front(), initial, config_.stereo_matching_px)};
+  } else if (laser) {
+    placement.scale = {ScaleSource::laser, laser->sigma};
+    size = laser->ratio;
   } else {
-    placement.survey_from_odometry.scale =
-        viewing_distance_ / viewing_distance(initial).value_or(1.0);
+    size = viewing_distance_ / viewing_distance(initial).value_or(1.0);
   }
+  if (lasers_) lasers_->resized(initial.submap, size);
+  told_[initial.submap] = placement.scale;
 
   Rigid3& rigid = placement.survey_from_odometry.rigid;
   const auto leveled = config_.attitude ? from_attitude(initial, frames) : std::nullopt;
@@ -179,7 +212,7 @@ Eigen::Vector3d SurveyFrame::dead_reckoned(const ImagePose& first, const Frame& 
   return position;
 }
 
-void SurveyFrame::observe(const Orientation& orientation) {
+std::vector<Alert> SurveyFrame::observe(const Orientation& orientation) {
   if (orientation.window) {
     viewing_distance_ = viewing_distance(*orientation.window).value_or(viewing_distance_);
   }
@@ -196,6 +229,46 @@ void SurveyFrame::observe(const Orientation& orientation) {
     }
     last_ = now;
   }
+  if (!lasers_) return {};
+  lasers_->observe(orientation);
+  return conflicts(orientation);
+}
+
+// Of a pair and lasers, once for each sub-map.
+std::vector<Alert> SurveyFrame::conflicts(const Orientation& orientation) {
+  constexpr std::uint32_t kEnough = 5;  // images
+  constexpr double kTolerated = 0.02;   // separations and baselines are measured to a hundredth
+  constexpr double kSigmas = 3;
+  const auto known = told_.find(orientation.submap);
+  if (known == told_.end() || known->second.source != ScaleSource::stereo) return {};
+  const auto laser = lasers_->estimate(orientation.submap);
+  if (!laser || laser->images < kEnough) return {};
+  const double sigma = std::hypot(laser->sigma, known->second.sigma);
+  if (std::abs(std::log(laser->ratio)) < std::max(kTolerated, kSigmas * sigma)) return {};
+  if (!in_conflict_.insert(orientation.submap).second) return {};
+  const Shot* shot = orientation.shot.get();
+  const auto percent = std::lround(std::abs(laser->ratio - 1) * 100);
+  return {{shot ? shot->time : 0, shot ? std::optional(shot->image) : std::nullopt,
+           AlertKind::scale_conflict,
+           "by the lasers the map is " + std::to_string(percent) + " % " +
+               (laser->ratio > 1 ? "larger" : "smaller") + " than by the pair of cameras",
+           "check separation_m in lasers.yml and the baseline in the calibration; the map keeps to "
+           "the cameras"}};
+}
+
+std::vector<ScaleEstimate> SurveyFrame::improved_scales(bool last) {
+  constexpr double kClearly = 0.6;  // of the sigma told before
+  std::vector<ScaleEstimate> improved;
+  for (auto& [submap, told] : told_) {
+    if (!lasers_ || told.source == ScaleSource::stereo) continue;
+    const auto laser = lasers_->estimate(submap);
+    if (!laser) continue;
+    const bool better = told.source == ScaleSource::none || laser->sigma < kClearly * told.sigma;
+    if (!better && !last) continue;
+    told = {ScaleSource::laser, laser->sigma};
+    improved.push_back({submap, laser->ratio, told});
+  }
+  return improved;
 }
 
 }  // namespace nadir::reference

@@ -91,6 +91,7 @@ struct Revisit::State {
   std::vector<Link> links;                        ///< within maps
   std::vector<Link> unproven;                     ///< between maps, waiting for a witness
   std::map<std::uint32_t, std::uint32_t> map_of;  ///< by sub-map: the first one it was joined to
+  std::map<std::uint32_t, ScaleEstimate> scales;  ///< measured, by sub-map
   std::map<std::uint64_t, Similarity3> told;      ///< by image
   std::set<std::uint32_t> loose;                  ///< maps with links the graph does not hold yet
   int since_adjusted = 0;
@@ -110,7 +111,8 @@ struct Revisit::State {
   void adjust_graph(std::uint32_t map);
   void adjust_loose();
   void adjust_bundles();
-  std::set<std::uint32_t> seen_again() const;
+  void resize(Revision& out);
+  std::set<std::uint32_t> moving() const;
   void tell(Revision& out);
 };
 
@@ -275,7 +277,8 @@ void Revisit::State::adjust_loose() {
 
 // With the pose graph's solution to start from.
 void Revisit::State::adjust_bundles() {
-  for (const std::uint32_t map : seen_again()) {
+  for (const std::uint32_t map : moving()) {
+    if (links_of(map).empty()) continue;
     const std::vector<int> own = members(map);
     if (static_cast<int>(own.size()) <= config.max_adjusted) {
       adjust_map(nodes, own, links_of(map));
@@ -283,19 +286,57 @@ void Revisit::State::adjust_bundles() {
   }
 }
 
-std::set<std::uint32_t> Revisit::State::seen_again() const {
+// Maps with links or measured scales.
+std::set<std::uint32_t> Revisit::State::moving() const {
   std::set<std::uint32_t> maps;
   for (const Link& link : links) maps.insert(map_at(link.first));
+  for (const auto& [submap, estimate] : scales) {
+    if (map_of.contains(submap)) maps.insert(map_of.at(submap));
+  }
   return maps;
+}
+
+// Every map as large as the measured scales of its sub-maps say, about the survey's origin.
+void Revisit::State::resize(Revision& out) {
+  struct Sum {
+    double log_factor = 0, weight = 0;
+    ScaleSource source = ScaleSource::none;
+  };
+  std::map<std::uint32_t, Sum> maps;
+  for (const auto& [submap, estimate] : scales) {
+    double logs = 0;
+    int count = 0;
+    for (const Node& n : nodes) {
+      if (n.submap != submap || n.metric) continue;
+      logs += std::log(n.corrected_from_camera.scale);
+      ++count;
+    }
+    if (count == 0) continue;
+    Sum& sum = maps[map_of.at(submap)];
+    const double weight = 1 / (estimate.scale.sigma * estimate.scale.sigma);
+    sum.log_factor += weight * (std::log(estimate.ratio) - logs / count);
+    sum.weight += weight;
+    sum.source = estimate.scale.source;
+  }
+  for (const auto& [map, sum] : maps) {
+    const Similarity3 by{std::exp(sum.log_factor / sum.weight), {}};
+    const Scale scale{sum.source, 1 / std::sqrt(sum.weight)};
+    for (Node& n : nodes) {
+      if (map_of.at(n.submap) == map) n.corrected_from_camera = by * n.corrected_from_camera;
+    }
+    for (const auto& [submap, of] : map_of) {
+      if (of == map) out.scales.emplace_back(submap, scale);
+    }
+  }
 }
 
 // What moved by more than can be seen, and every key frame that is new in a map that moves: the
 // images up to the next key frame follow it.
 void Revisit::State::tell(Revision& out) {
   constexpr double kVisible_px = 0.1;
-  const std::set<std::uint32_t> moving = seen_again();
+  const std::set<std::uint32_t> maps = moving();
   for (const Node& n : nodes) {
-    if (!moving.contains(map_of.at(n.submap))) continue;
+    if (!maps.contains(map_of.at(n.submap))) continue;
     const Similarity3 now = n.corrected_from_live();
     const auto [known, is_new] = told.try_emplace(n.image, now);
     const Vector3d ground = n.live * Vector3d(0, 0, n.depth);
@@ -317,20 +358,22 @@ Revisit& Revisit::operator=(Revisit&&) noexcept = default;
 Revisit::~Revisit() = default;
 
 Revision Revisit::process(const Settlement& settlement) {
-  Revision out{settlement.image, {}, {}, {}};
+  Revision out;
+  out.image = settlement.image;
   State& s = *state_;
-  if (!s.config.enabled) return out;
   s.time = settlement.time;
   for (const auto& key_frame : settlement.key_frames) {
     s.add(*key_frame);
     const int newest = static_cast<int>(s.nodes.size()) - 1;
-    if (!s.node(newest).prior.known()) continue;
+    if (!s.config.enabled || !s.node(newest).prior.known()) continue;
     s.look_at_home(newest);
     s.look_abroad(newest, out);
   }
   const bool last = !settlement.image;
   if (!s.loose.empty() && (last || s.since_adjusted >= kPeriod)) s.adjust_loose();
   if (last) s.adjust_bundles();
+  for (const ScaleEstimate& estimate : settlement.scales) s.scales[estimate.submap] = estimate;
+  if (last || !settlement.scales.empty() || !out.joins.empty()) s.resize(out);
   s.tell(out);
   return out;
 }

@@ -31,7 +31,7 @@ Parts parts_of(std::optional<std::uint64_t> image) {
   parts.surface = std::make_shared<const Surface>(Surface{parts.orientation, {}, {}, {}});
   parts.cloud = std::make_shared<const Cloud>(Cloud{parts.surface, {}, {}});
   parts.mosaic = std::make_shared<const MosaicUpdate>(MosaicUpdate{parts.surface, {}, {}, {}, {}});
-  Revision revision{image, {}, {{1, 0, 2, 3}}, {}};
+  Revision revision{image, {}, {{1, 0, 2, 3}}, {}, {}};
   parts.revision = std::make_shared<const Revision>(revision);
   return parts;
 }

@@ -50,8 +50,8 @@ Outcome run(const std::vector<std::shared_ptr<const SettledKeyFrame>>& key_frame
             const Config& config = {}) {
   Revisit revisit(config);
   Outcome outcome;
-  for (const auto& k : key_frames) take(revisit.process({k->pose.image, 0, {k}}), outcome);
-  take(revisit.process({std::nullopt, 0, {}}), outcome);
+  for (const auto& k : key_frames) take(revisit.process({k->pose.image, 0, {k}, {}}), outcome);
+  take(revisit.process({std::nullopt, 0, {}, {}}), outcome);
   return outcome;
 }
 

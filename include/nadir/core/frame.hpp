@@ -27,15 +27,22 @@ struct Attitude {
   }
 };
 
+/// A disc of an image.
+struct Disc {
+  Eigen::Vector2d pixel = Eigen::Vector2d::Zero();
+  double radius_px = 0;
+};
+
 /// A decoded image or pair at the processed scale. Pixel data are never written after publication.
 struct Frame {
   std::uint64_t image = 0;  ///< index in input order
   Time time = 0;
   std::string name;                      ///< file name without extension
   std::shared_ptr<const CameraRig> rig;  ///< at the processed scale
-  cv::Mat colour;  ///< CV_8UC3 BGR of the left camera (grey input: three equal channels)
-  cv::Mat grey;    ///< CV_8UC1 of the left camera
-  cv::Mat right;   ///< CV_8UC1 of the right camera; empty when mono
+  cv::Mat colour;            ///< CV_8UC3 BGR of the left camera (grey input: three equal channels)
+  cv::Mat grey;              ///< CV_8UC1 of the left camera
+  cv::Mat right;             ///< CV_8UC1 of the right camera; empty when mono
+  std::vector<Disc> hidden;  ///< where colour shows no seabed but the dots of lasers
   std::optional<Attitude> attitude;
   std::optional<double> depth;     ///< metres below the surface
   std::optional<double> altitude;  ///< metres to the seabed along the sounder

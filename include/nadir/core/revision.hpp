@@ -28,11 +28,19 @@ struct Join {
   std::uint64_t image = 0, seen_by = 0;  ///< images that prove it, of `submap` and of `to`
 };
 
+/// What is known by now of a sub-map's size.
+struct ScaleEstimate {
+  std::uint32_t submap = 0;
+  double ratio = 1;  ///< metres per survey unit as odometry left it
+  Scale scale;       ///< of ratio
+};
+
 /// What odometry settled with one shot; without an image: after the last.
 struct Settlement {
   std::optional<std::uint64_t> image;
   Time time = 0;
   std::vector<std::shared_ptr<const SettledKeyFrame>> key_frames;
+  std::vector<ScaleEstimate> scales;  ///< that have become better
 };
 
 /// Exactly one per settlement, in order; mostly without content.
@@ -40,6 +48,7 @@ struct Revision {
   std::optional<std::uint64_t> image;
   std::vector<Correction> corrections;  ///< those that changed, by image
   std::vector<Join> joins;
+  std::vector<std::pair<std::uint32_t, Scale>> scales;  ///< of sub-maps, as corrected
   std::vector<Alert> alerts;
 };
 

@@ -39,7 +39,7 @@ struct Entry {
   std::shared_ptr<const Surface> surface;
   std::shared_ptr<const Cloud> cloud;
   std::shared_ptr<const MosaicUpdate> mosaic;
-  std::vector<std::shared_ptr<const Revision>> revisions;  ///< that came meanwhile
+  std::vector<std::shared_ptr<const Revision>> revisions{};  ///< that came meanwhile
 };
 
 /// Used by one thread. Blocks on the disk only; after the constructor, a disk that fails is told by

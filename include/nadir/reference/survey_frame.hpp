@@ -4,12 +4,17 @@
 #pragma once
 
 #include <functional>
+#include <map>
 #include <memory>
 #include <optional>
+#include <set>
+#include <string>
 #include <vector>
 
+#include "nadir/core/revision.hpp"
 #include "nadir/core/surface.hpp"
 #include "nadir/core/window.hpp"
+#include "nadir/reference/laser_scale.hpp"
 
 namespace nadir::reference {
 
@@ -27,22 +32,32 @@ struct Config {
 };
 
 /// Places the first sub-map at its own centroid, and every later one by attitude and dead reckoning
-/// from what was last seen, marked uncertain. Mono maps have no scale: the first is sized so that
-/// the mean viewing distance of its tie points is 1, later ones so that the distance to the seabed
-/// continues.
+/// from what was last seen, marked uncertain. A pair or lasers give the scale. Without them the
+/// first map is sized so that the mean viewing distance of its tie points is 1, later ones so that
+/// the distance to the seabed continues.
 class SurveyFrame {
  public:
   /// The plane of a window in the window's own frame, or none.
   using PlaneOf = std::function<std::optional<Plane>(const Window&)>;
 
-  SurveyFrame(Config config, PlaneOf plane_of);
+  /// lasers: none, or those beside the camera; a fault of theirs is told with the first shot.
+  SurveyFrame(Config config, PlaneOf plane_of,
+              const std::optional<calibration::Lasers>& lasers = std::nullopt);
+
+  /// Before a shot is oriented: the same, or with the lasers' dots marked as hidden.
+  std::shared_ptr<const Shot> mark(std::shared_ptr<const Shot> shot);
 
   /// initial: in the odometry frame of the new sub-map; frames: of initial.images, in their order.
   SubmapPlacement place(const Window& initial,
                         const std::vector<std::shared_ptr<const Frame>>& frames);
 
-  /// Remembers the newest pose and viewing distance, from which a later sub-map is dead-reckoned.
-  void observe(const Orientation& orientation);
+  /// Remembers the newest pose and viewing distance, from which a later sub-map is dead-reckoned,
+  /// and measures the scale. Alerts when two sources of it disagree.
+  [[nodiscard]] std::vector<Alert> observe(const Orientation& orientation);
+
+  /// Scales of sub-maps that have become clearly better since they were last asked for; of all
+  /// sub-maps measured when `last`.
+  std::vector<ScaleEstimate> improved_scales(bool last);
 
   SurveyAxes axes() const { return axes_; }
   Scale scale() const { return scale_; }
@@ -54,6 +69,7 @@ class SurveyFrame {
     std::optional<double> depth;  ///< of the vehicle below the surface, metres
   };
 
+  std::vector<Alert> conflicts(const Orientation& orientation);
   Eigen::Quaterniond upright(const Window& initial);
   Eigen::Vector3d dead_reckoned(const ImagePose& first, const Frame& frame) const;
 
@@ -62,6 +78,11 @@ class SurveyFrame {
   SurveyAxes axes_ = SurveyAxes::none;
   Scale scale_;
   std::optional<LastSeen> last_;
+  std::optional<LaserScale> lasers_;
+  std::optional<calibration::Lasers> beams_;
+  std::string lasers_fault_;
+  std::map<std::uint32_t, Scale> told_;  ///< by sub-map: as placed or last improved
+  std::set<std::uint32_t> in_conflict_;
   double viewing_distance_ = 1;  ///< median over the last window, survey units
 };
 
