@@ -17,6 +17,7 @@ void move(Map& map, const Similarity3& to_from_map) {
   for (KeyFrame& key_frame : map.key_frames) {
     key_frame.camera_from_map = (to_from_map * key_frame.camera_from_map.inverse()).inverse();
     key_frame.depth *= to_from_map.scale;
+    key_frame.sigma_position *= to_from_map.scale;
   }
   for (MapPoint& point : map.points) {
     point.x = to_from_map * point.x;

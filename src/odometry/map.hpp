@@ -43,6 +43,7 @@ struct KeyFrame {
   std::vector<int> points;           ///< seen in it
   double rms_px = 0;
   double depth = 0;  ///< median of its tie points along the optical axis
+  double sigma_position = 0, sigma_rotation = 0;  ///< relative to the key frame before it
 };
 
 struct Map {

@@ -2,12 +2,26 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "matching.hpp"
 
+#include <bit>
 #include <cmath>
-#include <opencv2/core/hal/hal.hpp>
+#include <cstdint>
+#include <cstring>
 #include <opencv2/features2d.hpp>
 
 namespace nadir::odometry {
 namespace {
+
+// Bits that differ. cv::hal::normHamming takes longer to find out what it runs on.
+int hamming(const std::uint8_t* a, const std::uint8_t* b) {
+  int bits = 0;
+  for (int i = 0; i < 32; i += 8) {
+    std::uint64_t first = 0, second = 0;
+    std::memcpy(&first, a + i, 8);
+    std::memcpy(&second, b + i, 8);
+    bits += std::popcount(first ^ second);
+  }
+  return bits;
+}
 
 // Features of an image by square cell.
 class Cells {
@@ -75,7 +89,7 @@ Pairs match_near(const cv::Mat& first, const std::vector<Eigen::Vector2d>& expec
     int best = -1, distance = max_distance;
     cells.visit_near(place, [&](int k) {
       if ((second.pixels[static_cast<std::size_t>(k)] - place).norm() > radius_px) return;
-      const int d = cv::hal::normHamming(first.ptr(i), second.descriptors.ptr(k), 32);
+      const int d = hamming(first.ptr(i), second.descriptors.ptr(k));
       if (d < distance) distance = d, best = k;
     });
     if (best < 0) continue;

@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "nadir/core/key_frame.hpp"
+#include "pose_covariance.hpp"
 
 namespace nadir::odometry {
 namespace {
@@ -27,6 +28,21 @@ std::shared_ptr<const SettledKeyFrame> settled(Map& map, KeyFrame& key_frame, in
         {map.first_id + static_cast<std::uint64_t>(i), s->ray, s->right_ray, point.x});
   }
   return result;
+}
+
+// How well each free key frame is known relative to the one before it.
+void estimate_sigmas(const Adjustment& a, const std::vector<int>& key_frames, Map& map) {
+  const auto covariance = PoseCovariance::of(a, *map.rig, AdjustmentOptions().robust_px);
+  if (!covariance) return;
+  for (int i = 0; i < static_cast<int>(key_frames.size()); ++i) {
+    const int k = key_frames[static_cast<std::size_t>(i)];
+    const auto before = std::find(key_frames.begin(), key_frames.end(), k - 1);
+    if (a.images[static_cast<std::size_t>(i)].fixed || before == key_frames.end()) continue;
+    const auto relative = covariance->relative(a, static_cast<int>(before - key_frames.begin()), i);
+    KeyFrame& key_frame = map.key_frame(k);
+    key_frame.sigma_rotation = std::sqrt(relative.topLeftCorner<3, 3>().trace());
+    key_frame.sigma_position = std::sqrt(relative.bottomRightCorner<3, 3>().trace());
+  }
 }
 
 // Key frames up to `end` that were not handed out before.
@@ -76,6 +92,7 @@ AdjustmentSummary adjust_window(Map& map, int window, int fixed) {
   for (std::size_t i = 0; i < a.images.size(); ++i) {
     map.key_frame(images[i]).camera_from_map = a.images[i].camera_from_map;
   }
+  estimate_sigmas(a, images, map);
   struct Sum {
     double squares = 0;
     int count = 0;
@@ -123,10 +140,15 @@ Settled retire(Map& map, const Config& config) {
 Settled retire_all(Map& map) { return settle(map, static_cast<int>(map.key_frames.size())); }
 
 ImagePose pose_of(const Map& map, const KeyFrame& k) {
-  return {k.image,    k.time,
-          map.submap, k.camera_from_map.inverse(),
-          true,       static_cast<std::uint32_t>(k.points.size()),
-          k.rms_px};
+  return {k.image,
+          k.time,
+          map.submap,
+          k.camera_from_map.inverse(),
+          true,
+          static_cast<std::uint32_t>(k.points.size()),
+          k.rms_px,
+          k.sigma_position,
+          k.sigma_rotation};
 }
 
 Window make_window(const Map& map, int window, const AdjustmentSummary& summary) {

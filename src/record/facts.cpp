@@ -29,7 +29,7 @@ void fields(Archive& archive, Is<Rigid3> auto& pose) {
 template <class Archive>
 void fields(Archive& archive, Is<ImagePose> auto& pose) {
   archive(pose.image, pose.time, pose.submap, pose.key_frame, pose.tie_points, pose.rms_px,
-          pose.survey_from_camera);
+          pose.survey_from_camera, pose.sigma_position, pose.sigma_rotation);
 }
 
 template <class Archive>

@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // dive.json.
 #include <algorithm>
+#include <cmath>
 
 #include "products.hpp"
 
@@ -47,6 +48,36 @@ json submaps_json(const Ledger& ledger) {
   return submaps;
 }
 
+// What odometry may have gone astray along each sub-map, before any revisit: the errors from image
+// to image add up, and those of direction grow with the way that is still ahead.
+json drift_json(const Ledger& ledger) {
+  std::map<std::uint32_t, std::vector<const ImagePose*>> by_submap;
+  for (const auto& [number, image] : ledger.images) {
+    if (image.final) by_submap[image.final->submap].push_back(&*image.final);
+  }
+  json drifts = json::array();
+  for (const auto& [submap, poses] : by_submap) {
+    constexpr double kSideways = 2.0 / 3;  // of a rotation's variance, about axes across the way
+    const Eigen::Vector3d end = poses.back()->survey_from_camera.translation;
+    double variance = 0, path = 0;
+    for (std::size_t i = 1; i < poses.size(); ++i) {
+      const ImagePose& pose = *poses[i];
+      const Eigen::Vector3d& here = pose.survey_from_camera.translation;
+      path += (here - poses[i - 1]->survey_from_camera.translation).norm();
+      variance += pose.sigma_position * pose.sigma_position + kSideways * pose.sigma_rotation *
+                                                                  pose.sigma_rotation *
+                                                                  (end - here).squaredNorm();
+    }
+    if (!(variance > 0)) continue;
+    const double sigma = std::sqrt(variance);
+    drifts.push_back({{"submap", submap},
+                      {"path_survey_units", path},
+                      {"sigma_survey_units", sigma},
+                      {"sigma_percent", 100 * sigma / path}});
+  }
+  return drifts;
+}
+
 json files_json(const Stamps& stamps) {
   json files = json::object();
   for (const auto& [name, stamp] : stamps) {
@@ -78,7 +109,7 @@ json summary(const Ledger& ledger, double area, const Stamps& stamps, const json
   dive["survey_axes"] = to_string(ledger.axes);
   dive["area_m2"] = metric ? json(area) : json();
   dive["area_survey_units"] = area;
-  dive["drift"] = nullptr;
+  dive["drift"] = drift_json(ledger);
   dive["rates"] = rates;
   dive["cut_off"] = !ledger.ended;
   dive["missing_records"] = ledger.missing_records;

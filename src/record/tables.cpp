@@ -53,6 +53,9 @@ std::string health_line(std::uint64_t number, const ImageFacts& image) {
   for (const double value : {rms_px, image.health.sharpness, image.health.exposure}) {
     line += ',' + (std::isfinite(value) ? fixed(value, 3) : std::string());
   }
+  const bool known = image.final && image.final->sigma_position > 0;
+  line += ',' + (known ? fixed(image.final->sigma_position, 6) : std::string());
+  line += ',' + (known ? fixed(image.final->sigma_rotation * 180 / M_PI, 5) : std::string());
   return line + '\n';
 }
 
@@ -92,7 +95,7 @@ bool write_alerts(LooseFile& file, const Ledger& ledger) {
 bool write_health(LooseFile& file, const Ledger& ledger) {
   file.write(
       "image,name,seconds,state,oriented,submap,tie_points,top_left,top_right,bottom_left,"
-      "bottom_right,rms_px,sharpness,exposure\n");
+      "bottom_right,rms_px,sharpness,exposure,relative_sigma,relative_sigma_deg\n");
   for (const auto& [number, image] : ledger.images) {
     if (image.recorded) file.write(health_line(number, image));
   }

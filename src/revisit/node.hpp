@@ -33,9 +33,11 @@ struct Node {
   Eigen::Vector3d ground_centre() const {
     return corrected_from_camera * Eigen::Vector3d(0, 0, depth);
   }
-  /// Width of the ground in the image.
+  /// Mean side of the ground in the image.
   double footprint() const {
-    return corrected_from_camera.scale * depth * rig->left.width / rig->left.fx;
+    const CameraModel& camera = rig->left;
+    return corrected_from_camera.scale * depth * 0.5 *
+           (camera.width / camera.fx + camera.height / camera.fy);
   }
 };
 

@@ -21,11 +21,12 @@ using Eigen::Vector3d;
 
 constexpr int kPeriod = 10;      // key frames between adjustments of the pose graph
 constexpr int kSureJoin = 80;    // corners that need no second pair of images as witness
-constexpr double kReach = 0.7;   // of the footprint, between the centres of overlapping images
+constexpr double kReach = 0.6;   // of the footprint, between the centres of overlapping images
 constexpr double kDrift = 0.02;  // of the distance swum, errors of the poses that are feared
 constexpr std::size_t kMostAlike = 40;  // key frames of other sub-maps compared with each new one
-constexpr int kMinLikeness = 8;
-constexpr std::size_t kAbroad = 2;  // of those, tried
+constexpr int kMinLikeness = 8;         // of images of other sub-maps, to be tried
+constexpr int kMinLikenessAtHome = 4;   // where the map says that they overlap
+constexpr std::size_t kAbroad = 2;      // of those, tried
 
 // Errors of odometry from one key frame to the next, and of a revisit: what they weigh against each
 // other. Of corners in half a pixel, and of depths guessed from the neighbourhood.
@@ -161,6 +162,7 @@ void Revisit::State::look_at_home(int newest) {
     const double footprint = own.footprint();
     if (distance > kReach * footprint + std::min(kDrift * way, footprint)) break;
     ++tried;
+    if (odometry::likeness(own.features, node(i).features) < kMinLikenessAtHome) continue;
     const auto found = link(nodes, i, newest);
     if (!found || !is_upright(*found)) continue;
     links.push_back(*found);
@@ -361,7 +363,7 @@ Revision Revisit::process(const Settlement& settlement) {
   Revision out;
   out.image = settlement.image;
   State& s = *state_;
-  s.time = settlement.time;
+  if (settlement.image) s.time = settlement.time;
   for (const auto& key_frame : settlement.key_frames) {
     s.add(*key_frame);
     const int newest = static_cast<int>(s.nodes.size()) - 1;

@@ -53,6 +53,10 @@ struct ImagePose {
   bool key_frame = false;
   std::uint32_t tie_points = 0;  ///< observed in this image
   double rms_px = 0;             ///< of their reprojection
+  // Of a key frame, 1 sigma relative to the one before it; 0: unknown. Roots of the sums of three
+  // variances.
+  double sigma_position = 0;  ///< survey units
+  double sigma_rotation = 0;  ///< radians
 };
 
 struct TiePoint {
