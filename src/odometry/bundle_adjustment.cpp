@@ -117,14 +117,15 @@ double robust_rms(Adjustment& a, const CameraRig& rig, double robust_px) {
   return weights > 0 ? std::sqrt(sum / weights) : 0.0;
 }
 
-ceres::Solver::Options solver_options(int iterations, bool points_free, std::size_t images) {
+ceres::Solver::Options solver_options(const AdjustmentOptions& wanted, bool points_free,
+                                      std::size_t images) {
   constexpr std::size_t kManyImages = 60;  // a dense matrix of their poses costs more than a sparse
   ceres::Solver::Options options;
   options.linear_solver_type = !points_free           ? ceres::DENSE_QR
                                : images > kManyImages ? ceres::SPARSE_SCHUR
                                                       : ceres::DENSE_SCHUR;
-  options.max_num_iterations = iterations;
-  options.function_tolerance = 1e-5;
+  options.max_num_iterations = wanted.iterations;
+  options.function_tolerance = wanted.tolerance;
   options.num_threads = 1;
   options.logging_type = ceres::SILENT;
   return options;
@@ -182,7 +183,7 @@ AdjustmentSummary adjust(Adjustment& a, const CameraRig& rig, const AdjustmentOp
   [[maybe_unused]] static const int kQuiet = FLAGS_minloglevel = google::GLOG_FATAL;
   AdjustmentSummary result;
   ceres::Solver::Summary summary;
-  ceres::Solve(solver_options(options.iterations, points_free, poses.size()), &problem, &summary);
+  ceres::Solve(solver_options(options, points_free, poses.size()), &problem, &summary);
   result.usable = summary.IsSolutionUsable() && is_finite(poses, points);
   result.iterations = static_cast<int>(summary.iterations.size());
   result.converged = summary.termination_type == ceres::CONVERGENCE;

@@ -98,6 +98,14 @@ std::optional<PoseCovariance> PoseCovariance::of(const Adjustment& a, const Came
     squares += weight * o.error_px * o.error_px;
     weights += 2 * weight;
   }
+  for (std::size_t i = 0; i < a.images.size(); ++i) {
+    const int column = result.column_of_[i];
+    if (column < 0 || !a.images[i].distance_fixed) continue;
+    // Turning the camera about its map's origin changes nothing of the distance.
+    constexpr double kKnown = 1e4;  // px, of a distance of 1: far better than what is measured
+    const Vector3d along = a.images[i].camera_from_map.translation.normalized();
+    normal.block<3, 3>(column + 3, column + 3) += kKnown * kKnown * along * along.transpose();
+  }
   int unknown = 6 * columns;
   for (std::size_t i = 0; i < points.size(); ++i) {
     if (a.points[i].fixed || points[i].poses.empty()) continue;

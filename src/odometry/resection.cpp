@@ -70,7 +70,7 @@ Rough resect_points(const std::vector<Vector3d>& points, const Rays& rays,
   }
   CameraRig rig;
   rig.left = camera;
-  if (!adjust(a, rig, {2.0, 10}).usable) return rough;
+  if (!adjust(a, rig, {2.0, 10, 1e-5}).usable) return rough;
   rough.camera_from_map = a.images[0].camera_from_map;
   rough.inliers = static_cast<int>(
       std::count_if(a.observations.begin(), a.observations.end(),
@@ -207,7 +207,7 @@ std::optional<Resection> measure(const Map& map, const View& view, const Rigid3&
   }
   if (static_cast<int>(result.seen.size()) < kMinTiePointsOfRelative) return std::nullopt;
   Adjustment a = pose_only(map, rough, result.seen);
-  const auto summary = adjust(a, *map.rig, {1.0, 15});
+  const auto summary = adjust(a, *map.rig, {1.0, 15, 1e-5});
   if (!summary.usable) return std::nullopt;
   std::vector<Seen> kept;
   for (std::size_t i = 0; i < a.observations.size(); ++i) {

@@ -30,6 +30,10 @@ std::shared_ptr<const SettledKeyFrame> settled(Map& map, KeyFrame& key_frame, in
   return result;
 }
 
+// Sightings of one tie point are matched with the same patch and share its errors, which the
+// residuals do not show: true errors of relative poses are 1.1 to 1.4 of the formal ones.
+constexpr double kSharedErrors = 1.25;
+
 // How well each free key frame is known relative to the one before it.
 void estimate_sigmas(const Adjustment& a, const std::vector<int>& key_frames, Map& map) {
   const auto covariance = PoseCovariance::of(a, *map.rig, AdjustmentOptions().robust_px);
@@ -40,8 +44,9 @@ void estimate_sigmas(const Adjustment& a, const std::vector<int>& key_frames, Ma
     if (a.images[static_cast<std::size_t>(i)].fixed || before == key_frames.end()) continue;
     const auto relative = covariance->relative(a, static_cast<int>(before - key_frames.begin()), i);
     KeyFrame& key_frame = map.key_frame(k);
-    key_frame.sigma_rotation = std::sqrt(relative.topLeftCorner<3, 3>().trace());
-    key_frame.sigma_position = std::sqrt(relative.bottomRightCorner<3, 3>().trace());
+    key_frame.sigma_rotation = kSharedErrors * std::sqrt(relative.topLeftCorner<3, 3>().trace());
+    key_frame.sigma_position =
+        kSharedErrors * std::sqrt(relative.bottomRightCorner<3, 3>().trace());
   }
 }
 

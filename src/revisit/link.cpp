@@ -68,7 +68,7 @@ std::optional<Rigid3> refined_pose(const Rigid3& rough, const Node& second, Comm
   }
   CameraRig rig;
   rig.left = second.rig->left;
-  if (!odometry::adjust(a, rig, {2.0, 15}).usable) return std::nullopt;
+  if (!odometry::adjust(a, rig, {2.0, 15, 1e-5}).usable) return std::nullopt;
   Common kept;
   for (std::size_t i = 0; i < a.observations.size(); ++i) {
     if (!(a.observations[i].error_px < kTolerance_px)) continue;
@@ -110,21 +110,35 @@ std::optional<double> scale_of(const Rigid3& second_from_first, const Node& seco
   return std::exp(middle);
 }
 
-std::vector<CrossSighting> cross_sightings(const Node& first, const Rigid3& second_from_first,
-                                           const Common& common) {
+// Tie points begin at corners; in later images they lie beside one.
+int tie_point_at(const Vector2d& corner, const Node& node) {
+  constexpr double kBeside_px = 4;
+  double nearest = kBeside_px / node.rig->left.fx;
+  int found = -1;
+  for (std::size_t i = 0; i < node.observations.size(); ++i) {
+    const double distance = (node.observations[i].ray - corner).norm();
+    if (distance < nearest) nearest = distance, found = static_cast<int>(i);
+  }
+  return found;
+}
+
+void tell_common(const Node& first, const Rigid3& second_from_first, const Common& common,
+                 Link& link) {
   const Rigid3 camera_from_survey = first.live.inverse();
-  std::vector<CrossSighting> sightings;
   for (std::size_t i = 0; i < common.pairs.size(); ++i) {
-    const int o = first.observation_at[static_cast<std::size_t>(common.pairs[i].first)];
-    if (o < 0) continue;
+    const Vector2d& corner = first.features.rays[static_cast<std::size_t>(common.pairs[i].first)];
+    const int o = tie_point_at(corner, first);
+    if (o < 0) {
+      link.corners.push_back({corner, common.rays[i], common.x_in_first[i]});
+      continue;
+    }
     // The tie point lies beside the corner, in both images alike.
     const Vector3d tie_point =
         camera_from_survey * first.observations[static_cast<std::size_t>(o)].x_in_survey;
     const Vector2d beside = (second_from_first * tie_point).hnormalized() -
                             (second_from_first * common.x_in_first[i]).hnormalized();
-    sightings.push_back({o, common.rays[i] + beside});
+    link.sightings.push_back({o, common.rays[i] + beside});
   }
-  return sightings;
 }
 
 }  // namespace
@@ -142,9 +156,9 @@ std::optional<Link> link(const std::vector<Node>& nodes, int first, int second) 
   if (!is_spread(common.rays, b.rig->left)) return std::nullopt;
   const auto scale = scale_of(*pose, b, common);
   if (!scale) return std::nullopt;
-  Link link{first, second, {*scale, {pose->rotation, *scale * pose->translation}}, 0, {}};
+  Link link{first, second, {*scale, {pose->rotation, *scale * pose->translation}}, 0, {}, {}};
   link.inliers = static_cast<int>(common.pairs.size());
-  link.sightings = cross_sightings(a, *pose, common);
+  tell_common(a, *pose, common, link);
   return link;
 }
 

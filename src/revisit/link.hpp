@@ -16,11 +16,18 @@ struct CrossSighting {
   Eigen::Vector2d ray;  ///< normalised coordinates in the second
 };
 
+/// A corner of both that is no tie point.
+struct CommonCorner {
+  Eigen::Vector2d first, second;  ///< normalised coordinates
+  Eigen::Vector3d x_in_first;     ///< camera frame, the first's lengths; its depth is a guess
+};
+
 struct Link {
   int first = 0, second = 0;      ///< nodes
   Similarity3 second_from_first;  ///< camera frames, each in its own odometry's lengths
   int inliers = 0;                ///< corners that agree
   std::vector<CrossSighting> sightings;
+  std::vector<CommonCorner> corners;
 };
 
 /// None when the two do not fit, or so few or so crowded corners say so that it may be chance.

@@ -81,9 +81,19 @@ void Bundle::add(const Link& link, const std::vector<Node>& nodes) {
     bundle_.observations.push_back(
         {images_.at(link.second), points_.at(seen.tie_point), false, s.ray, kCornerWeight});
   }
+  for (const CommonCorner& corner : link.corners) {
+    const int point = static_cast<int>(bundle_.points.size());
+    const Eigen::Vector3d x = first.corrected_from_camera * corner.x_in_first;
+    bundle_.points.push_back({map_from_survey_ * x, false});
+    bundle_.observations.push_back(
+        {images_.at(link.first), point, false, corner.first, kCornerWeight});
+    bundle_.observations.push_back(
+        {images_.at(link.second), point, false, corner.second, kCornerWeight});
+  }
 }
 
-bool Bundle::solve() { return odometry::adjust(bundle_, rig_, {1.0, 25}).usable; }
+// Few corners join what thousands of tie points hold: their share of the cost is small.
+bool Bundle::solve() { return odometry::adjust(bundle_, rig_, {1.0, 40, 1e-7}).usable; }
 
 Similarity3 Bundle::corrected_from_camera(std::size_t member, const Node& node) const {
   const Rigid3& camera_from_map = bundle_.images[member].camera_from_map;

@@ -36,21 +36,6 @@ double median_depth(const std::vector<Eigen::Vector3d>& points) {
   return *middle;
 }
 
-// Tie points begin at corners; in later images they lie beside one.
-std::vector<int> observations_at(const SettledKeyFrame& key_frame) {
-  constexpr double kBeside_px = 4;
-  const double near = kBeside_px / key_frame.rig->left.fx;
-  std::vector<int> at(static_cast<std::size_t>(key_frame.features.size()), -1);
-  for (std::size_t f = 0; f < at.size(); ++f) {
-    double nearest = near;
-    for (std::size_t o = 0; o < key_frame.observations.size(); ++o) {
-      const double distance = (key_frame.observations[o].ray - key_frame.features.rays[f]).norm();
-      if (distance < nearest) nearest = distance, at[f] = static_cast<int>(o);
-    }
-  }
-  return at;
-}
-
 }  // namespace
 
 Node::Node(const SettledKeyFrame& key_frame)
@@ -63,7 +48,6 @@ Node::Node(const SettledKeyFrame& key_frame)
                                  [](const auto& o) { return o.right_ray.has_value(); })),
       features(key_frame.features),
       observations(key_frame.observations),
-      observation_at(observations_at(key_frame)),
       prior(prior_of(in_camera(key_frame))),
       depth(median_depth(in_camera(key_frame))) {}
 

@@ -22,9 +22,8 @@ struct Node {
   bool metric = false;                ///< of a stereo pair: its lengths are right
   Features features;
   std::vector<TiePointObservation> observations;
-  std::vector<int> observation_at;  ///< by feature: the tie point seen at that corner, or -1
-  odometry::DepthPrior prior;       ///< of the ground, odometry's lengths
-  double depth = 0;                 ///< median of its tie points along the optical axis
+  odometry::DepthPrior prior;  ///< of the ground, odometry's lengths
+  double depth = 0;            ///< median of its tie points along the optical axis
 
   Similarity3 corrected_from_live() const {
     return corrected_from_camera * Similarity3{1, live.inverse()};

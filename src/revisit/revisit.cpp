@@ -162,6 +162,8 @@ void Revisit::State::look_at_home(int newest) {
     const double footprint = own.footprint();
     if (distance > kReach * footprint + std::min(kDrift * way, footprint)) break;
     ++tried;
+    const auto is_this = [&](const Link& l) { return l.first == i && l.second == newest; };
+    if (std::ranges::any_of(links, is_this)) continue;
     if (odometry::likeness(own.features, node(i).features) < kMinLikenessAtHome) continue;
     const auto found = link(nodes, i, newest);
     if (!found || !is_upright(*found)) continue;
@@ -215,6 +217,7 @@ void Revisit::State::join(const Link& link, Revision& out) {
   const bool forward = first < second;
   if (!forward) moved = moved.inverse();
   const std::uint32_t kept = std::min(first, second), gone = std::max(first, second);
+  const std::vector<int> later = members(gone);
   if (node(link.first).metric && node(link.second).metric) moved.scale = 1;
   for (Node& n : nodes) {
     if (map_of.at(n.submap) == gone) n.corrected_from_camera = moved * n.corrected_from_camera;
@@ -228,6 +231,9 @@ void Revisit::State::join(const Link& link, Revision& out) {
   };
   std::ranges::copy_if(unproven, std::back_inserter(links), proven);
   std::erase_if(unproven, proven);
+  // Their common ground is known now: more pairs of images show it.
+  constexpr std::size_t kMost = 20;
+  for (std::size_t i = 0; i < std::min(kMost, later.size()); ++i) look_at_home(later[i]);
   loose.insert(kept);
   since_adjusted = kPeriod;
   const int proof = forward ? link.second : link.first,

@@ -57,7 +57,7 @@ TEST(PoseCovariance, IsWhatTheErrorsOfManyAdjustmentsShow) {
   for (int trial = 0; trial < kTrials; ++trial) {
     std::vector<Rigid3> truth;
     Adjustment a = strip(rig, random, truth);
-    ASSERT_TRUE(adjust(a, rig, {1.0, 30}).usable);
+    ASSERT_TRUE(adjust(a, rig, {1.0, 30, 1e-5}).usable);
     const auto covariance = PoseCovariance::of(a, rig, 1.0);
     ASSERT_TRUE(covariance);
     const auto relative = covariance->relative(a, 2, 3);

@@ -229,7 +229,7 @@ TEST(HealthTable, HasALineOfEachImage) {
   std::getline(in, line);
   EXPECT_TRUE(line.starts_with("image,name,seconds,state,oriented,submap,tie_points,"));
   std::getline(in, line);
-  EXPECT_EQ(line, "0,\"dsc,0\",1700000000.123456789,tracking,1,0,3,1,1,1,0,0.400,120.500,99.250");
+  EXPECT_EQ(line, "0,\"dsc,0\",1700000000.123456789,tracking,1,0,3,1,1,1,0,0.400,120.500,99.250,,");
   std::getline(in, line);
   EXPECT_TRUE(line.starts_with("1,\"dsc,1\",1700000000.623456790,rejected,0,"));
 }

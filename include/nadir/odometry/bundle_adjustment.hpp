@@ -45,6 +45,7 @@ struct AdjustmentSummary {
 struct AdjustmentOptions {
   double robust_px = 1.0;  ///< errors beyond weigh ever less (Cauchy)
   int iterations = 20;
+  double tolerance = 1e-5;  ///< of the cost's last change, relative, at which it is good enough
 };
 
 AdjustmentSummary adjust(Adjustment& adjustment, const CameraRig& rig,
