@@ -209,8 +209,17 @@ Vector3d across(const std::array<Beam, 2>& beams) {
   return between - beams[0].direction * beams[0].direction.dot(between);
 }
 
+namespace {
+
+std::string contradiction(double apart, const Lasers& lasers) {
+  return "the beams are " + std::to_string(apart) + " m apart by origins_camera_m and " +
+         std::to_string(lasers.separation) + " m by separation_m: correct one";
+}
+
+}  // namespace
+
 std::string fault_of(const Lasers& lasers) {
-  constexpr double kTolerance = 0.02;  // a ruler and a calibration differ by less
+  constexpr double kMostApart = 0.25;  // relative; the dots are looked for by the origins
   if (lasers.origins_in_camera.size() != 2) {
     return "scale is taken from two lasers of known place: give origins_camera_m of two";
   }
@@ -223,13 +232,17 @@ std::string fault_of(const Lasers& lasers) {
     return "the beams do not point where the camera looks: correct direction_camera";
   }
   const Vector3d& origin = lasers.origins_in_camera[0];
-  const double apart =
-      across({{{origin, direction}, {lasers.origins_in_camera[1], direction}}}).norm();
-  if (!(std::abs(apart / lasers.separation - 1) < kTolerance)) {
-    return "the beams are " + std::to_string(apart) + " m apart by origins_camera_m and " +
-           std::to_string(lasers.separation) + " m by separation_m: correct one";
-  }
+  const Vector3d& other = lasers.origins_in_camera[1];
+  const double apart = across({{{origin, direction}, {other, direction}}}).norm();
+  if (!(std::abs(apart / lasers.separation - 1) < kMostApart)) return contradiction(apart, lasers);
   return {};
+}
+
+std::string conflict_of(const Lasers& lasers) {
+  constexpr double kTolerance = 0.02;  // a ruler and a calibration differ by less
+  const double apart = across(beams_of(lasers)).norm();
+  if (std::abs(apart / lasers.separation - 1) < kTolerance) return {};
+  return contradiction(apart, lasers);
 }
 
 std::optional<LaserDots> find_laser_dots(const Frame& frame, const Lasers& lasers) {

@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cmath>
 #include <numbers>
+#include <utility>
 
 #include "nadir/core/check.hpp"
 
@@ -118,28 +119,40 @@ SurveyFrame::SurveyFrame(Config config, PlaneOf plane_of,
                          const std::optional<calibration::Lasers>& lasers)
     : config_(config), plane_of_(std::move(plane_of)) {
   if (!lasers) return;
-  lasers_fault_ = fault_of(*lasers);
-  if (!lasers_fault_.empty()) return;
+  if (const std::string fault = fault_of(*lasers); !fault.empty()) {
+    lasers_alert_ = Alert{0,
+                          {},
+                          AlertKind::calibration_suspect,
+                          "the lasers give no scale: " + fault,
+                          "correct lasers.yml; the map goes on without them"};
+    return;
+  }
+  if (const std::string conflict = conflict_of(*lasers); !conflict.empty()) {
+    lasers_alert_ = Alert{0,
+                          {},
+                          AlertKind::scale_conflict,
+                          conflict,
+                          "correct lasers.yml; until then separation_m is believed"};
+  }
   beams_ = lasers;
   lasers_.emplace(*lasers);
 }
 
 std::shared_ptr<const Shot> SurveyFrame::mark(std::shared_ptr<const Shot> shot) {
+  if (!beams_ && !lasers_alert_) return shot;
   Shot marked = *shot;
-  if (!lasers_fault_.empty()) {
-    marked.alerts.push_back({shot->time, shot->image, AlertKind::calibration_suspect,
-                             "the lasers give no scale: " + lasers_fault_,
-                             "correct lasers.yml; the map goes on without them"});
-    lasers_fault_.clear();
-    return std::make_shared<const Shot>(std::move(marked));
+  if (lasers_alert_) {
+    lasers_alert_->time = shot->time;
+    lasers_alert_->image = shot->image;
+    marked.alerts.push_back(*std::exchange(lasers_alert_, std::nullopt));
   }
-  if (!beams_ || !shot->frame) return shot;
-  const auto dots = find_laser_dots(*shot->frame, *beams_);
-  if (!dots) return shot;
-  lasers_->observe(*dots);
-  Frame frame = *shot->frame;
-  for (const LaserDot& dot : dots->dots) frame.hidden.push_back({dot.pixel, dot.radius_px});
-  marked.frame = std::make_shared<const Frame>(std::move(frame));
+  const auto dots = beams_ && shot->frame ? find_laser_dots(*shot->frame, *beams_) : std::nullopt;
+  if (dots) {
+    lasers_->observe(*dots);
+    Frame frame = *shot->frame;
+    for (const LaserDot& dot : dots->dots) frame.hidden.push_back({dot.pixel, dot.radius_px});
+    marked.frame = std::make_shared<const Frame>(std::move(frame));
+  }
   return std::make_shared<const Shot>(std::move(marked));
 }
 

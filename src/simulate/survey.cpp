@@ -106,7 +106,7 @@ struct Survey::World {
   double last_reading() const { return path.seconds(options.images - 1) + 0.2; }
 
   std::vector<Vector3d> laser_origins() const {
-    if (options.scene != SceneKind::transect || options.stereo) return {};
+    if (options.scene != SceneKind::transect) return {};
     return {{-0.05, 0.062, 0.09}, {0.05, 0.062, 0.09}};
   }
 

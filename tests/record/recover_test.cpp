@@ -9,6 +9,7 @@
 #include <unistd.h>
 
 #include <random>
+#include <sstream>
 
 #include "nadir/core/check.hpp"
 #include "nadir/mosaic2d/mosaic.hpp"
@@ -242,6 +243,82 @@ TEST(Killed, AtARandomInstantKeepsEveryAcknowledgedImage) {
     EXPECT_GE(recovery.projected, acknowledged);
     EXPECT_TRUE(recovery.whole());
   }
+}
+
+// Corrections of two key frames, told with the end of the dive; they count for the images up to the
+// next.
+std::vector<Correction> two_corrections() {
+  const Eigen::Quaterniond turn(Eigen::AngleAxisd(0.1, Eigen::Vector3d::UnitZ()));
+  return {{0, 0, {1, {Eigen::Quaterniond::Identity(), {0.05, 0.02, 0.01}}}},
+          {3, 0, {1.1, {turn, {0.2, 0, 0}}}}};
+}
+
+Entry last_entry() {
+  auto revision = std::make_shared<Revision>();
+  revision->corrections = two_corrections();
+  Entry entry;
+  entry.orientation = std::make_shared<const Orientation>();
+  entry.revisions = {revision};
+  return entry;
+}
+
+std::vector<double> numbers_of(const std::string& text) {
+  std::istringstream in(text);
+  std::vector<double> numbers;
+  for (double number; in >> number;) numbers.push_back(number);
+  return numbers;
+}
+
+TEST(CorrectedDive, HoldsEveryProductWhereItWasCorrectedToAndIsRecoveredSo) {
+  const SmallDive small = larger();
+  ScratchFolder scratch;
+  const auto folder = scratch / "dive";
+  {
+    Dive dive(folder, small.info(), {});
+    for (const Entry& entry : mosaicked(small)) ASSERT_TRUE(dive.add(entry).empty());
+    ASSERT_TRUE(dive.add(last_entry()).empty());
+    ASSERT_TRUE(dive.finish({{"images_hz", 2.5}}).empty());
+  }
+  const auto corrections = two_corrections();
+  std::istringstream poses(read_text(folder / "trajectory.tum"));
+  std::string line;
+  std::getline(poses, line);
+  for (std::uint64_t image = 0; image < 6; ++image) {
+    const Similarity3& by = corrections[image < 3 ? 0 : 1].corrected_from_live;
+    std::getline(poses, line);
+    const auto row = numbers_of(line);
+    const Rigid3 pose = by * small.pose(image);
+    for (int k = 0; k < 3; ++k) EXPECT_NEAR(row.at(1 + k), pose.translation[k], 1e-9) << image;
+    // The upper left pixel of the projected image, on its plane z = 0.5.
+    const std::string name = "projected/00000" + std::to_string(image) + ".pgw";
+    const auto world = numbers_of(read_text(folder / name));
+    const WorldFile was = small.world(image);
+    const Eigen::Vector3d corner = by * Eigen::Vector3d(was.c, was.f, 0.5);
+    EXPECT_NEAR(world.at(4), corner.x(), 1e-9) << image;
+    EXPECT_NEAR(world.at(5), corner.y(), 1e-9) << image;
+  }
+  // North up again, for all that the images are turned.
+  const auto mosaic = numbers_of(read_text(folder / "mosaic2d/mosaic-000.pgw"));
+  EXPECT_EQ(mosaic.at(1), 0);
+  EXPECT_EQ(mosaic.at(2), 0);
+
+  const auto finished = read_all(folder);
+  for (const auto& [name, bytes] : finished) {
+    if (!name.starts_with("journal-") && !name.ends_with(".png")) {
+      std::filesystem::remove(folder / name);
+    }
+  }
+  std::filesystem::remove(folder / "mosaic2d/mosaic-000.png");
+  const Recovery recovery = recover(folder);
+  EXPECT_TRUE(recovery.damaged.empty());
+  for (const auto& [name, bytes] : finished) {
+    if (name == "dive.json") continue;
+    EXPECT_TRUE(read_text(folder / name) == bytes) << name << " differs";
+  }
+  const json before = json::parse(finished.at("dive.json"));
+  const json after = json::parse(read_text(folder / "dive.json"));
+  EXPECT_EQ(before["counts"], after["counts"]);
+  EXPECT_EQ(before["files"], after["files"]);
 }
 
 }  // namespace

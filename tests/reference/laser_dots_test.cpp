@@ -215,7 +215,11 @@ TEST(LaserDots, LasersThatCannotGiveScaleSayWhy) {
   lasers.direction_in_camera = Vector3d(0.1, 0, 1).normalized();
   lasers.separation = 0.1 / std::sqrt(1.01);  // across slanting beams
   EXPECT_EQ(fault_of(lasers), "");
-  lasers.separation = 0.12;
+  EXPECT_EQ(conflict_of(lasers), "");
+  lasers.separation = 0.11;
+  EXPECT_EQ(fault_of(lasers), "");
+  EXPECT_NE(conflict_of(lasers).find("separation_m"), std::string::npos);
+  lasers.separation = 0.2;
   EXPECT_NE(fault_of(lasers).find("separation_m"), std::string::npos);
   lasers = two_lasers();
   lasers.direction_in_camera = -Vector3d::UnitZ();

@@ -200,6 +200,55 @@ TEST(Replay, PosesThatCannotBeReadAreRefusedBeforeTheDive) {
   EXPECT_EQ(replay(reef(), "both", "--poses a.tum --colmap b").status, 2);
 }
 
+bool alerts_of(const Dive& dive, const std::string& kind) {
+  return contents(dive.folder / "alerts.jsonl").find('"' + kind + '"') != std::string::npos;
+}
+
+TEST(Replay, LasersGiveASingleCameraItsScale) {
+  const fs::path& folder = survey(simulate::SceneKind::transect, false, 14);
+  const Dive dive = replay(folder, "lasers");
+  ASSERT_EQ(dive.status, 0) << contents(dive.log);
+  const auto json = dive_json(dive.folder);
+  EXPECT_EQ(json["scale"]["source"], "laser");
+  EXPECT_EQ(json["survey_unit"], "metres");
+  const double sigma = json["scale"]["sigma"].get<double>();
+  EXPECT_LT(sigma, 0.02);
+  const Fit free = fit(dive.folder / "trajectory.tum", folder / "gt_poses_tum.txt", true);
+  EXPECT_NEAR(free.scale, 1, 3 * sigma);
+  EXPECT_FALSE(alerts_of(dive, "scale_conflict"));
+}
+
+TEST(Replay, LasersThatContradictThePairRaiseScaleConflict) {
+  const fs::path& good = survey(simulate::SceneKind::transect, true, 14);
+  EXPECT_FALSE(alerts_of(replay(good, "agreeing"), "scale_conflict"));
+
+  // 110 mm given for 100, in all that says so.
+  const fs::path wrong = fresh_folder("wrong-separation");
+  fs::copy(good, wrong, fs::copy_options::recursive);
+  std::ofstream(wrong / "lasers.yml")
+      << "%YAML:1.0\n---\nseparation_m: 0.11\ncolour: green\nparallel_to_optical_axis: 1\n"
+         "origins_camera_m: !!opencv-matrix\n   rows: 2\n   cols: 3\n   dt: d\n"
+         "   data: [ -0.055, 0.062, 0.09, 0.055, 0.062, 0.09 ]\n";
+  const Dive separated = replay(wrong, "separated");
+  ASSERT_EQ(separated.status, 0) << contents(separated.log);
+  EXPECT_TRUE(alerts_of(separated, "scale_conflict"));
+  EXPECT_EQ(dive_json(separated.folder)["scale"]["source"], "stereo");
+
+  // A baseline 5 % too long.
+  const fs::path stretched = fresh_folder("wrong-baseline");
+  fs::copy(good, stretched, fs::copy_options::recursive);
+  std::string calibration = contents(stretched / "calib.yml");
+  const auto key = calibration.find("\nT: ");
+  ASSERT_NE(key, std::string::npos) << calibration;
+  const auto from = calibration.find('[', key) + 1, to = calibration.find(',', from);
+  const double along = std::stod(calibration.substr(from, to - from));
+  calibration.replace(from, to - from, std::to_string(1.05 * along));
+  std::ofstream(stretched / "calib.yml") << calibration;
+  const Dive dive = replay(stretched, "stretched");
+  ASSERT_EQ(dive.status, 0) << contents(dive.log);
+  EXPECT_TRUE(alerts_of(dive, "scale_conflict"));
+}
+
 TEST(Replay, AtAGivenRateCountsWhatItDrops) {
   const Dive dive = replay(pool(), "fast", "--rate 1000");
   ASSERT_EQ(dive.status, 0) << contents(dive.log);

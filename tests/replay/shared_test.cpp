@@ -78,8 +78,8 @@ Fit fit_of(const Dive& dive, bool free_scale) {
 struct Rendered {
   std::string name;
   int least_oriented;
-  bool metric;
-  double rmse;  ///< metres, after rotation and translation, and scale unless metric
+  std::string scale;  ///< its source
+  double rmse;        ///< metres, after rotation and translation, and scale where nothing gives it
   int least_windows;
   double least_planes;  ///< share of the windows
 };
@@ -87,10 +87,10 @@ struct Rendered {
 class RenderedSequence : public testing::TestWithParam<Rendered> {};
 
 INSTANTIATE_TEST_SUITE_P(All, RenderedSequence,
-                         testing::Values(Rendered{"pool", 81, true, 0.02, 70, 0.95},
-                                         Rendered{"wreck", 40, true, 0.02, 20, 0},
-                                         Rendered{"transect", 159, false, 0.05, 20, 0.8},
-                                         Rendered{"reef", 99, false, 0.05, 20, 0}),
+                         testing::Values(Rendered{"pool", 81, "stereo", 0.005, 70, 0.95},
+                                         Rendered{"wreck", 40, "stereo", 0.0011, 20, 0},
+                                         Rendered{"transect", 159, "laser", 0.03, 20, 0.8},
+                                         Rendered{"reef", 99, "none", 0.015, 20, 0}),
                          [](const auto& tested) { return tested.param.name; });
 
 TEST_P(RenderedSequence, IsOrientedWholeAndExact) {
@@ -99,8 +99,8 @@ TEST_P(RenderedSequence, IsOrientedWholeAndExact) {
   if (!dive) return;
   const auto& counts = dive->json["counts"];
   EXPECT_GE(counts["oriented"], expected.least_oriented);
-  EXPECT_EQ(dive->json["scale"]["source"], expected.metric ? "stereo" : "none");
-  EXPECT_LT(fit_of(*dive, !expected.metric).rmse, expected.rmse);
+  EXPECT_EQ(dive->json["scale"]["source"], expected.scale);
+  EXPECT_LT(fit_of(*dive, expected.scale == "none").rmse, expected.rmse);
   EXPECT_GE(counts["windows"], expected.least_windows);
   EXPECT_GE(counts["planes"].get<double>(),
             expected.least_planes * counts["windows"].get<double>());
@@ -110,7 +110,8 @@ TEST(FailureSequence, JumpIsNoticedAndBothSidesAreMapped) {
   const auto dive = dive_of("rendered/failure_jump");
   if (!dive) return;
   EXPECT_EQ(dive->json["counts"]["oriented"], 40);
-  EXPECT_GE(dive->json["submaps"].size(), 2u);
+  EXPECT_EQ(dive->json["submaps"].size(), 2u);
+  for (const auto& submap : dive->json["submaps"]) EXPECT_TRUE(submap["joined"].is_null());
   const std::string alerts = contents(dive->folder / "alerts.jsonl");
   EXPECT_NE(alerts.find("tracking_lost"), std::string::npos);
 }
@@ -123,10 +124,16 @@ TEST(FailureSequence, BlindedImagesAreLostAndTheRestIsOriented) {
   EXPECT_NE(contents(dive->folder / "alerts.jsonl").find("blank image"), std::string::npos);
 }
 
-TEST(FailureSequence, ReturnIsOrientedWhole) {
+TEST(FailureSequence, ReturnIsOrientedWholeAndJoined) {
   const auto dive = dive_of("rendered/failure_return");
   if (!dive) return;
   EXPECT_EQ(dive->json["counts"]["oriented"], 60);
+  const auto& submaps = dive->json["submaps"];
+  ASSERT_EQ(submaps.size(), 3u);
+  EXPECT_TRUE(submaps[1]["joined"].is_null());
+  EXPECT_EQ(submaps[2]["first_image"], 40);
+  EXPECT_EQ(submaps[2]["joined"], 0);
+  EXPECT_FALSE(submaps[2]["uncertain"]);
 }
 
 struct Real {

@@ -168,11 +168,12 @@ TEST(Survey, LaserDotsAreGreenWhereTheTruthSaysAndOneSeparationApart) {
   EXPECT_NEAR((places[1] - places[0]).head<2>().norm(), survey.lasers()->separation, 1e-6);
 }
 
-TEST(Survey, HasLasersOnlyOnAMonoTransect) {
-  Options options = small(SceneKind::transect, 1);
-  EXPECT_TRUE(Survey(options).lasers());
-  options.stereo = true;
-  EXPECT_FALSE(Survey(options).lasers());
+TEST(Survey, HasLasersOnlyOnATransect) {
+  for (const bool stereo : {false, true}) {
+    Options options = small(SceneKind::transect, 1);
+    options.stereo = stereo;
+    EXPECT_TRUE(Survey(options).lasers());
+  }
   EXPECT_FALSE(Survey(small(SceneKind::pool, 1)).lasers());
 }
 

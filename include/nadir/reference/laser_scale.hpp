@@ -18,9 +18,13 @@
 namespace nadir::reference {
 
 /// Why these lasers give no scale, and the remedy; empty when they do. They must be two, with
-/// origins_in_camera, separation apart, and parallel: to direction_in_camera, else to the optical
-/// axis.
+/// origins_in_camera, about separation apart, and parallel: to direction_in_camera, else to the
+/// optical axis.
 std::string fault_of(const calibration::Lasers& lasers);
+
+/// What their separation and their origins contradict each other in; the separation, which a ruler
+/// gives, is then used. Empty when they agree.
+std::string conflict_of(const calibration::Lasers& lasers);
 
 /// Where a beam meets the seabed, as seen by the left camera.
 struct LaserDot {

@@ -80,7 +80,7 @@ class SurveyFrame {
   std::optional<LastSeen> last_;
   std::optional<LaserScale> lasers_;
   std::optional<calibration::Lasers> beams_;
-  std::string lasers_fault_;
+  std::optional<Alert> lasers_alert_;    ///< to be told with the first shot
   std::map<std::uint32_t, Scale> told_;  ///< by sub-map: as placed or last improved
   std::set<std::uint32_t> in_conflict_;
   double viewing_distance_ = 1;  ///< median over the last window, survey units

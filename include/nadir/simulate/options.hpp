@@ -11,7 +11,7 @@ namespace nadir::simulate {
 
 enum class SceneKind {
   pool,      ///< concrete floor with contrast plates and boxes, one strip
-  transect,  ///< gravel, starfish, urchins; slow and dense as from a video; laser dots when mono
+  transect,  ///< gravel, starfish, urchins; slow and dense as from a video; laser dots
   reef,      ///< hills and coral heads, passes of 14 m with turns
   wreck,     ///< amphorae on rippled sand, one strip, dark
 };
