@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // The page in a real browser against a real replay: node --test tests/browser
 import assert from "node:assert/strict";
+import { readFileSync } from "node:fs";
 import path from "node:path";
 import test from "node:test";
 import { sampleMosaic, useHands } from "./checks.mjs";
@@ -131,6 +132,38 @@ test("the page between garbage", { timeout: 300_000 }, async (t) => {
   run.stop();
   await run.ended;
 });
+
+// The lasers' scale becomes better along the way, and all that was placed by the first is placed again.
+test("the page of a dive that was corrected", { timeout: 300_000 }, async (t) => {
+  const lit = path.join(folder, "lit");
+  const corrected = path.join(folder, "corrected");
+  harness.simulate(lit, "--scene", "transect", "--images", "30");
+  const port = await harness.freePort();
+  const browser = await harness.chromium();
+  t.after(() => browser.close());
+  const run = await harness.replay(lit, corrected, port, "--keep-serving");
+  const { page, errors, read } = await harness.openPage(browser, port);
+
+  await t.test("shows every camera where trajectory.tum has it", async () => {
+    await until("finished", read, (now) => now.state?.finished === true, 120);
+    const wanted = places(path.join(corrected, "trajectory.tum"));
+    const live = places(path.join(corrected, "trajectory_live.tum"));
+    await until("its cameras", read, (now) => now.counts.cameras === wanted.length, 30);
+    const shown = await page.evaluate((count) => [...Array(count).keys()].map(window.nadir.placeOf), wanted.length);
+    const worst = (those) => Math.max(...those.map((place, i) => Math.hypot(...place.map((x, k) => x - wanted[i][k]))));
+    assert.ok(worst(live) > 1e-3, `nothing was corrected: ${worst(live)}`);
+    assert.ok(worst(shown) < 1e-4, `off by ${worst(shown)}`);
+    assert.deepEqual(errors, []);
+  });
+  run.stop();
+  await run.ended;
+});
+
+/** Positions of a trajectory of which every image is oriented. */
+function places(file) {
+  const lines = readFileSync(file, "utf8").split("\n");
+  return lines.filter((line) => line !== "" && !line.startsWith("#")).map((line) => line.split(" ").slice(1, 4).map(Number));
+}
 
 /** The page soon has exactly these counts. */
 async function holds(read, wanted) {

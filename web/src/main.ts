@@ -111,6 +111,8 @@ const automation = {
   get alerts() {
     return alerts.count;
   },
+  /** Where an image was taken from; null when it has no camera. */
+  placeOf: (image: number) => view?.placeOf(image) ?? null,
   /** Where a survey point is on the canvas; null behind the eye. */
   screenOf: (x: number, y: number, z: number) => view?.screenOf(x, y, z) ?? null,
   /** Goes to the map and shows the whole of a mosaic; false when it has no tiles. */

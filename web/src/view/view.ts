@@ -173,6 +173,11 @@ export class View {
     return true;
   }
 
+  /** Where an image was taken from, survey; null when it has no camera. */
+  placeOf(image: number): Vec3 | null {
+    return this.cameras.poses.get(image)?.position ?? null;
+  }
+
   /** Canvas position, CSS px from its upper left corner, of a survey point; null behind the eye. */
   screenOf(x: number, y: number, z: number): { x: number; y: number } | null {
     const at = this.vector([x, y, z]).project(this.eye.camera);
