@@ -31,7 +31,7 @@ class Cells {
     for (const auto& p : pixels) width = std::max(width, p.x()), height = std::max(height, p.y());
     columns_ = static_cast<int>(width / side) + 1;
     rows_ = static_cast<int>(height / side) + 1;
-    members_.resize(static_cast<std::size_t>(columns_ * rows_));
+    members_.resize(static_cast<std::size_t>(columns_) * static_cast<std::size_t>(rows_));
     for (int i = 0; i < static_cast<int>(pixels.size()); ++i) {
       const auto& p = pixels[static_cast<std::size_t>(i)];
       at(static_cast<int>(p.x() / side), static_cast<int>(p.y() / side)).push_back(i);
@@ -52,7 +52,8 @@ class Cells {
 
  private:
   std::vector<int>& at(int column, int row) {
-    return members_[static_cast<std::size_t>(row * columns_ + column)];
+    return members_[static_cast<std::size_t>(row) * static_cast<std::size_t>(columns_) +
+                    static_cast<std::size_t>(column)];
   }
   double side_;
   int columns_ = 0, rows_ = 0;

@@ -30,7 +30,8 @@ float sample(const Patch& patch, double x, double y) {
   y = std::clamp(y + Patch::kRadius, 0.0, kLast);
   const int column = static_cast<int>(x), row = static_cast<int>(y);
   const auto a = static_cast<float>(x - column), b = static_cast<float>(y - row);
-  const std::uint8_t* p = &patch.grey[static_cast<std::size_t>(row * Patch::kSide + column)];
+  const std::uint8_t* p =
+      &patch.grey[static_cast<std::size_t>(row) * Patch::kSide + static_cast<std::size_t>(column)];
   const auto at = [p](int i) { return static_cast<float>(p[i]); };
   return (1 - b) * ((1 - a) * at(0) + a * at(1)) +
          b * ((1 - a) * at(Patch::kSide) + a * at(Patch::kSide + 1));
@@ -236,11 +237,11 @@ Sight search(const Template& wanted, const cv::Mat& grey, const Vector2d& start,
 }
 
 std::optional<Sight> refine(const Template& wanted, const cv::Mat& grey, const Vector2d& start) {
-  const auto shifted = refine_shift(wanted, grey, start);
+  auto shifted = refine_shift(wanted, grey, start);
   if (shifted && (shifted->correlation > kAlike || shifted->correlation < kUnlike)) return shifted;
-  const auto reshaped = refine_shape(wanted, grey, shifted ? shifted->pixel : start);
-  return reshaped && (!shifted || reshaped->correlation > shifted->correlation) ? reshaped
-                                                                                : shifted;
+  auto reshaped = refine_shape(wanted, grey, shifted ? shifted->pixel : start);
+  if (reshaped && (!shifted || reshaped->correlation > shifted->correlation)) return reshaped;
+  return shifted;
 }
 
 }  // namespace nadir::odometry

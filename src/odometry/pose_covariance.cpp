@@ -83,7 +83,8 @@ std::optional<PoseCovariance> PoseCovariance::of(const Adjustment& a, const Came
   for (const auto& image : a.images) {
     result.column_of_.push_back(image.fixed ? -1 : 6 * columns++);
   }
-  MatrixXd normal = MatrixXd::Zero(6 * columns, 6 * columns);
+  const Eigen::Index size = Eigen::Index{6} * columns;
+  MatrixXd normal = MatrixXd::Zero(size, size);
   std::vector<PointSystem> points(a.points.size());
   double squares = 0, weights = 0;
   for (const auto& o : a.observations) {
@@ -123,7 +124,7 @@ std::optional<PoseCovariance> PoseCovariance::of(const Adjustment& a, const Came
   const Eigen::LDLT<MatrixXd> solver(normal);
   if (solver.info() != Eigen::Success || !solver.isPositive()) return std::nullopt;
   const double unit = squares / (weights - unknown);
-  result.covariance_ = unit * solver.solve(MatrixXd::Identity(6 * columns, 6 * columns));
+  result.covariance_ = unit * solver.solve(MatrixXd::Identity(size, size));
   if (!result.covariance_.allFinite()) return std::nullopt;
   return result;
 }
