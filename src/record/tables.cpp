@@ -86,8 +86,8 @@ bool write_trajectory(LooseFile& file, const Ledger& ledger,
 
 bool write_alerts(LooseFile& file, const Ledger& ledger) {
   for (const Alert& alert : ledger.alerts) {
-    using enum nlohmann::ordered_json::error_handler_t;
-    file.write(to_json(alert).dump(-1, ' ', false, replace) + '\n');
+    constexpr auto kReplace = nlohmann::ordered_json::error_handler_t::replace;
+    file.write(to_json(alert).dump(-1, ' ', false, kReplace) + '\n');
   }
   return true;
 }
