@@ -4,6 +4,8 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
+
 #include "nadir/core/check.hpp"
 #include "nadir/image_io/decode.hpp"
 #include "samples.hpp"
@@ -12,6 +14,65 @@ namespace nadir::image_io {
 namespace {
 
 using samples::File, samples::gradient, samples::largest_difference;
+
+enum class Content { flat, smooth, noise };
+
+cv::Mat picture(cv::Size size, int type, Content content) {
+  if (content == Content::smooth) return gradient(size.width, size.height, type);
+  cv::Mat image(size, type, cv::Scalar::all(7));
+  if (content == Content::noise)
+    cv::RNG(5).fill(image, cv::RNG::UNIFORM, 0, image.depth() == CV_16U ? 65536 : 256);
+  return image;
+}
+
+cv::Mat in_file_order(const cv::Mat& image) {
+  cv::Mat ordered = image.clone();
+  if (image.channels() == 3) cv::cvtColor(image, ordered, cv::COLOR_BGR2RGB);
+  if (image.channels() == 4) cv::cvtColor(image, ordered, cv::COLOR_BGRA2RGBA);
+  return ordered;
+}
+
+File in_strips(const cv::Mat& image, int rows_at_once, PngEffort effort) {
+  File file;
+  PngWriter writer(
+      image.cols, image.rows, image.channels(),
+      [&](std::span<const std::uint8_t> piece) {
+        file.insert(file.end(), piece.begin(), piece.end());
+        return true;
+      },
+      effort, image.depth() == CV_16U ? 16 : 8);
+  for (int row = 0; row < image.rows; row += rows_at_once)
+    EXPECT_TRUE(writer.rows(image.rowRange(row, std::min(row + rows_at_once, image.rows))));
+  EXPECT_TRUE(writer.finish());
+  return file;
+}
+
+// Rows narrower and wider than a block of the encoder, files smaller and larger than a chunk.
+TEST(Encode, WritesEverySizeTypeAndContentWithoutLoss) {
+  for (const int type : {CV_8UC1, CV_8UC3, CV_8UC4, CV_16UC1}) {
+    for (const cv::Size size : {cv::Size(1, 1), {37, 1}, {1, 50}, {301, 333}, {70001, 3}}) {
+      for (const Content content : {Content::flat, Content::smooth, Content::noise}) {
+        const cv::Mat image = picture(size, type, content), expected = in_file_order(image);
+        for (const PngEffort effort : {PngEffort::fast, PngEffort::small}) {
+          for (const File& file : {encode_png(image, effort), in_strips(image, 7, effort),
+                                   in_strips(image, image.rows, effort)}) {
+            const cv::Mat pixels = samples::raw_pixels(file);
+            ASSERT_EQ(pixels.size(), size);
+            ASSERT_EQ(pixels.type(), type);
+            EXPECT_EQ(largest_difference(pixels, expected), 0) << size << " type " << type;
+          }
+        }
+      }
+    }
+  }
+}
+
+TEST(Encode, WritesTheSameBytesWhateverWasWrittenBefore) {
+  const cv::Mat image = picture({301, 333}, CV_8UC4, Content::noise);
+  const File first = encode_png(image, PngEffort::fast, "a photograph");
+  (void)encode_png(picture({500, 200}, CV_8UC3, Content::smooth));
+  EXPECT_EQ(encode_png(image, PngEffort::fast, "a photograph"), first);
+}
 
 TEST(Encode, WritesPartOfALargerImage) {
   const cv::Mat part = gradient(80, 60)({10, 20, 33, 17});

@@ -22,7 +22,8 @@ std::vector<std::uint8_t> encode_jpeg(const cv::Mat& image, int quality,
 /// How hard a PNG is compressed.
 enum class PngEffort {
   fast,
-  small,  ///< twice the time for 6 % less, measured on a photograph
+  small,  ///< by encode_png four times the time for 7 % less, measured on photographs; PngWriter
+          ///< gains 1 %
 };
 
 /// CV_8UC1, CV_8UC3 BGR, CV_8UC4 BGRA (alpha not premultiplied) or CV_16UC1. A description
@@ -30,9 +31,9 @@ enum class PngEffort {
 std::vector<std::uint8_t> encode_png(const cv::Mat& image, PngEffort effort = PngEffort::fast,
                                      std::string_view description = {});
 
-/// A PNG written strip by strip, for a raster too large for memory; encode_png is twice as fast.
-/// The sink takes each piece of the file in order, returns false when it could not, and must not
-/// throw; after that nothing more is sent to it.
+/// A PNG written strip by strip, for a raster too large for memory. The sink takes each
+/// piece of the file in order, returns false when it could not, and must not throw; after that
+/// nothing more is sent to it.
 class PngWriter {
  public:
   using Sink = std::function<bool(std::span<const std::uint8_t>)>;
