@@ -208,7 +208,7 @@ Eigen::Quaterniond SurveyFrame::upright(const Window& initial) {
   if (axes_ == SurveyAxes::none) {
     axes_ = plane ? SurveyAxes::first_plane : SurveyAxes::first_camera;
   }
-  const Quaterniond own = axes_of(up, initial.images.front().survey_from_camera.rotation);
+  Quaterniond own = axes_of(up, initial.images.front().survey_from_camera.rotation);
   if (!last_) return own;
   const Vector3d x = last_->pose.survey_from_camera.rotation * Vector3d::UnitX();
   return Quaterniond(Eigen::AngleAxisd(std::atan2(x.y(), x.x()), Vector3d::UnitZ())) * own;
