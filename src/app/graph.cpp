@@ -17,7 +17,8 @@ using pipeline::WhenFull;
 // breath.
 constexpr std::size_t kDepth = 4;
 constexpr std::size_t kRecordDepth = 16;
-// Settlements hold no images; a long adjustment of the map must not hold up odometry.
+// A long adjustment of the map must not hold up odometry. At --rate max it may: whatever belongs to
+// a shot waits for its revision to be recorded, images too.
 constexpr std::size_t kSettlementDepth = 256;
 
 // At --rate max every edge waits and nothing is lost. Otherwise the working edges drop as they do
@@ -94,7 +95,7 @@ Graph::Graph(const Config& config, Rate rate, Ends ends, std::optional<GivenPose
       page_clouds_(kDepth, WhenFull::wait, page_bell_),
       recorded_mosaics_(kRecordDepth, WhenFull::wait, record_bell_),
       page_mosaics_(kDepth, WhenFull::wait, page_bell_),
-      settlements_(kSettlementDepth, WhenFull::wait),
+      settlements_(rate.kind == Rate::Kind::max ? kRecordDepth : kSettlementDepth, WhenFull::wait),
       recorded_revisions_(kRecordDepth, WhenFull::wait, record_bell_),
       page_revisions_(kDepth, WhenFull::wait, page_bell_),
       page_alerts_(kDepth, WhenFull::wait, page_bell_) {
@@ -224,7 +225,7 @@ void Graph::pass_on(Orientation orientation) {
     settlement.time = orientation.shot->time;
   }
   settlement.key_frames = std::move(orientation.settled);
-  settlement.scales = survey_.improved_scales(!orientation.shot);
+  settlement.scales = survey_.improved_scales(orientation);
   const auto message = std::make_shared<const Orientation>(std::move(orientation));
   recorded_orientations_.push(message);
   settlements_.push(std::make_shared<const Settlement>(std::move(settlement)));

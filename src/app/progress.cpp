@@ -37,6 +37,9 @@ void Progress::add(const record::Entry& entry) {
   if (entry.cloud) {
     for (const Alert& alert : entry.cloud->alerts) add(alert);
   }
+  for (const auto& revision : entry.revisions) {
+    for (const Alert& alert : revision->alerts) add(alert);
+  }
   show(false);
 }
 

@@ -180,7 +180,12 @@ void Publisher::send_corrected(const MosaicGrid& grid, std::uint64_t first_image
 
 void Publisher::publish(const Revision& revision) {
   for (const Alert& alert : revision.alerts) publish(alert);
-  for (const auto& [submap, scale] : revision.scales) scales_[submap] = scale;
+  for (const auto& [submap, scale] : revision.scales) {
+    scales_[submap] = scale;
+    if (submap == state_.submap) state_.scale = scale;
+  }
+  if (!revision.scales.empty()) send_state();
+  if (revision.corrections.empty()) return;
   std::set<std::uint64_t> moved;  // key frames
   for (const Correction& correction : revision.corrections) {
     corrections_.add(correction);

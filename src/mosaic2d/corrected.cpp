@@ -65,6 +65,10 @@ ProjectedImage aligned(const ProjectedImage& image, const MosaicGrid& grid) {
   high = high.array().ceil();
   const Vector2d size = high - low + Vector2d::Ones();
   ProjectedImage result{image.image, {}, {}};
+  constexpr double kFarthest = 1 << 29, kMostGrowth = 16;
+  const bool near = low.cwiseAbs().maxCoeff() < kFarthest && high.cwiseAbs().maxCoeff() < kFarthest;
+  const double pixels = static_cast<double>(image.bgra.total());
+  if (!near || !(size.prod() < kMostGrowth * pixels + 1e4)) return result;
   const Vector2d origin = grid.world(low.x(), low.y());
   result.world = {distance, 0, 0, -distance, origin.x(), origin.y()};
   const Matrix2d back = linear(image.world).inverse();

@@ -116,7 +116,8 @@ struct Dive::State {
   MosaicTiles tiles;
   Condition condition = Condition::saving;
   std::vector<Alert> pending;  ///< alerts the journal does not have yet
-  std::uint64_t unsaved = 0;   ///< since the condition was last good
+  std::vector<std::shared_ptr<const Revision>> unsaved_revisions;
+  std::uint64_t unsaved = 0;  ///< since the condition was last good
   std::uint64_t seen = 0, saved = 0;
   std::uint64_t captured = 0;
 };
@@ -128,8 +129,13 @@ std::vector<Alert> Dive::State::make_files(const nlohmann::json& rates) {
   }
   remove_leftovers(disk, folder);
   // Without projected images the tiles stay as they were made, and only their place is corrected.
-  if (!ledger.corrections.empty() && !ledger.projected.empty())
-    tiles = rebuilt_tiles(folder, ledger);
+  if (is_moved(ledger)) {
+    MosaicTiles rebuilt = rebuilt_tiles(folder, ledger);
+    std::erase_if(tiles, [&](const auto& tile) {
+      return ledger.mosaic_first_image.contains(tile.first.mosaic);
+    });
+    tiles.merge(rebuilt);
+  }
   const Outcome outcome = make_products(disk, folder, ledger, tiles, {}, {});
   if (!outcome.failed.empty()) {
     const auto& [name, error] = *outcome.failed.begin();
@@ -188,7 +194,10 @@ Dive::~Dive() = default;
 
 std::vector<Alert> Dive::add(const Entry& entry) {
   State& s = *state_;
-  Facts facts = facts_of(entry);
+  Entry whole = entry;
+  whole.revisions.insert(whole.revisions.begin(), s.unsaved_revisions.begin(),
+                         s.unsaved_revisions.end());
+  Facts facts = facts_of(whole);
   if (facts.of_shot) {
     ++s.seen;
     s.captured = std::max(s.captured, facts.image + 1);
@@ -199,8 +208,11 @@ std::vector<Alert> Dive::add(const Entry& entry) {
   if (journal_error == 0) {
     if (facts.of_shot) ++s.saved;
     s.pending.clear();
+    s.unsaved_revisions.clear();
     // A name not given now is given by finish() or recover().
     if (facts.projected) s.projected.publish(*facts.projected);
+  } else {
+    s.unsaved_revisions = std::move(whole.revisions);
   }
   if (entry.mosaic) {
     for (const auto& tile : entry.mosaic->tiles) s.tiles[place_of(*tile)] = tile;

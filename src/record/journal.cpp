@@ -15,7 +15,7 @@ namespace nadir::record {
 namespace {
 
 constexpr std::array<char, 8> kSegmentMagic{'N', 'A', 'D', 'I', 'R', 'J', 'N', 'L'};
-constexpr std::uint32_t kVersion = 1;
+constexpr std::uint32_t kVersion = 2;
 constexpr std::size_t kSegmentHeader = 24;
 constexpr std::array<char, 4> kRecordMagic{'N', 'D', 'R', 'C'};
 constexpr std::size_t kRecordHeader = 24;
@@ -141,6 +141,9 @@ bool JournalReader::open_segment() {
   if (!file_ || magic != kSegmentMagic) return true;  // damaged: its records may still be whole
   if (version > kVersion) {
     throw InputError(name.string() + ": written by a later version of nadir; use that one");
+  }
+  if (version < kVersion) {
+    throw InputError(name.string() + ": written by an earlier version of nadir; use that one");
   }
   following_ = first_sequence;
   return true;

@@ -55,7 +55,7 @@ class JournalWriter {
 /// Reads all segments in order. Each record is given once, also when a failure left it in two.
 class JournalReader {
  public:
-  /// Throws InputError when the folder has no journal or one of a later version.
+  /// Throws InputError when the folder has no journal or one of another version.
   explicit JournalReader(path folder);
   /// The next whole record; none at the end.
   std::optional<Record> next();

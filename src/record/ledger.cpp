@@ -65,9 +65,14 @@ void add_facts(const Facts& facts, std::uint64_t sequence, Ledger& ledger) {
   add_orientation(facts, ledger);
   if (facts.window) add_window(*facts.window, sequence, ledger);
   if (facts.grid) add_grid(*facts.grid, ledger);
-  if (facts.mosaic) ledger.mosaics.emplace(facts.mosaic->mosaic, *facts.mosaic);
+  if (facts.mosaic) {
+    ledger.mosaics.emplace(facts.mosaic->mosaic, *facts.mosaic);
+    ledger.mosaic_seen_first.try_emplace(facts.mosaic->mosaic,
+                                         facts.grid ? facts.grid->image : facts.image);
+  }
   if (facts.projected && facts.mosaic && facts.plane) {
     ledger.projected.push_back({*facts.projected, facts.mosaic->submap, *facts.plane});
+    ledger.mosaic_first_image.try_emplace(facts.mosaic->mosaic, facts.projected->image);
   }
   ledger.tiles.insert(facts.tiles.begin(), facts.tiles.end());
   ledger.alerts.insert(ledger.alerts.end(), facts.alerts.begin(), facts.alerts.end());
@@ -111,6 +116,16 @@ bool add_record(const Record& record, Ledger& ledger) {
   return false;
 }
 
+// A sub-map is as certain as the one it was joined to at last.
+void clear_doubts(Ledger& ledger) {
+  const std::set<std::uint32_t> uncertain = ledger.uncertain;
+  for (const auto& [submap, to] : ledger.joined) {
+    std::uint32_t root = to;
+    while (ledger.joined.contains(root)) root = ledger.joined.at(root);
+    if (!uncertain.contains(root)) ledger.uncertain.erase(submap);
+  }
+}
+
 void correct(Ledger& ledger) {
   for (const auto& [submap, scale] : ledger.corrected_scales) ledger.scales[submap] = scale;
   if (ledger.corrections.empty()) return;
@@ -120,21 +135,21 @@ void correct(Ledger& ledger) {
     ImagePose& pose = *image.final;
     const Similarity3 correction = ledger.corrections.at(pose.submap, number);
     pose.survey_from_camera = correction * pose.survey_from_camera;
+    pose.sigma_position *= correction.scale;
     farthest = std::max(farthest, correction.scale * std::numbers::sqrt3 * ledger.farthest +
                                       correction.rigid.translation.norm());
   }
   ledger.farthest = farthest;
-  std::map<std::uint32_t, std::uint64_t> first_image;  // of each mosaic
   for (ProjectedFacts& projected : ledger.projected) {
     ProjectedFile& file = projected.file;
-    first_image.try_emplace(file.mosaic, file.image);
     file.world = mosaic2d::moved(file.world, projected.plane,
                                  ledger.corrections.at(projected.submap, file.image));
   }
   for (auto& [number, grid] : ledger.mosaics) {
-    grid = mosaic2d::moved(grid, ledger.corrections.at(grid.submap, first_image[number]));
+    grid = mosaic2d::moved(grid,
+                           ledger.corrections.at(grid.submap, ledger.mosaic_seen_first.at(number)));
   }
-  for (const auto& [submap, to] : ledger.joined) ledger.uncertain.erase(submap);
+  clear_doubts(ledger);
 }
 
 }  // namespace

@@ -55,6 +55,8 @@ struct Ledger {
   std::uint64_t windows = 0, planes = 0, grid_points = 0;
   double farthest = 0;  ///< largest coordinate of a point, tie point or grid's
   std::map<std::uint32_t, MosaicGrid> mosaics;
+  std::map<std::uint32_t, std::uint64_t> mosaic_seen_first;   ///< the image that began it
+  std::map<std::uint32_t, std::uint64_t> mosaic_first_image;  ///< the first that was saved
   std::set<TilePlace> tiles;
   std::vector<ProjectedFacts> projected;
   Corrections corrections;

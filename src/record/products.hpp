@@ -29,8 +29,12 @@ struct Outcome {
 Outcome make_products(Disk& disk, const path& dive, const Ledger& ledger, const MosaicTiles& tiles,
                       const Stamps& whole, const std::set<std::string>& changed);
 
+/// Whether corrections moved projected images, so that mosaics are to be made of them again.
+bool is_moved(const Ledger& ledger);
+
 /// From the projected images in the folder: as they were made at first, or where corrections have
-/// moved them; the ledger's mosaics and tiles are then those.
+/// moved them; the ledger's mosaics and tiles are then those. Mosaics without projected images are
+/// left out.
 MosaicTiles rebuilt_tiles(const path& dive, Ledger& ledger);
 
 /// Covered by the mosaics, in square survey units; ground in two of them counts twice.

@@ -21,10 +21,15 @@ cv::Mat read_projected(const path& name) {
 
 }  // namespace
 
+bool is_moved(const Ledger& ledger) {
+  return !ledger.corrections.empty() && !ledger.projected.empty();
+}
+
 MosaicTiles rebuilt_tiles(const path& dive, Ledger& ledger) {
-  const bool moved = !ledger.corrections.empty();
+  const bool moved = is_moved(ledger);
   std::map<std::uint32_t, mosaic2d::Mosaic> mosaics;
   for (auto& [number, grid] : ledger.mosaics) {
+    if (!ledger.mosaic_first_image.contains(number)) continue;
     if (moved) grid = mosaic2d::levelled(grid);
     mosaics.try_emplace(number, grid);
   }
@@ -36,10 +41,13 @@ MosaicTiles rebuilt_tiles(const path& dive, Ledger& ledger) {
     if (bgra.empty()) continue;
     ProjectedImage image{file.image, bgra, file.world};
     if (moved) image = mosaic2d::aligned(image, mosaic->second.grid());
+    if (image.bgra.empty()) continue;
     for (const auto& tile : mosaic->second.add(image)) tiles[place_of(*tile)] = tile;
   }
   if (moved) {
-    ledger.tiles.clear();
+    std::erase_if(ledger.tiles, [&](const TilePlace& tile) {
+      return ledger.mosaic_first_image.contains(tile.mosaic);
+    });
     for (const auto& [place, tile] : tiles) ledger.tiles.insert(place);
   }
   return tiles;

@@ -131,7 +131,7 @@ Recovery recover(const path& dive, Disk& disk) {
   remove_leftovers(disk, dive);
   const Found found = find_files(dive, previous.files);
   // Corrected mosaics are always made again: the summary counts their tiles.
-  const bool rebuild = !mosaics_are_whole(previous, found) || !ledger.corrections.empty();
+  const bool rebuild = !mosaics_are_whole(previous, found) || is_moved(ledger);
   const MosaicTiles tiles = rebuild ? rebuilt_tiles(dive, ledger) : MosaicTiles();
   const Outcome outcome = make_products(disk, dive, ledger, tiles, found.whole, found.changed);
   note_failures(previous, outcome, recovery);

@@ -253,7 +253,8 @@ std::vector<Alert> SurveyFrame::conflicts(const Orientation& orientation) {
   constexpr double kTolerated = 0.02;   // separations and baselines are measured to a hundredth
   constexpr double kSigmas = 3;
   const auto known = told_.find(orientation.submap);
-  if (known == told_.end() || known->second.source != ScaleSource::stereo) return {};
+  if (!orientation.window || known == told_.end() || known->second.source != ScaleSource::stereo)
+    return {};
   const auto laser = lasers_->estimate(orientation.submap);
   if (!laser || laser->images < kEnough) return {};
   const double sigma = std::hypot(laser->sigma, known->second.sigma);
@@ -269,11 +270,14 @@ std::vector<Alert> SurveyFrame::conflicts(const Orientation& orientation) {
            "the cameras"}};
 }
 
-std::vector<ScaleEstimate> SurveyFrame::improved_scales(bool last) {
+std::vector<ScaleEstimate> SurveyFrame::improved_scales(const Orientation& orientation) {
   constexpr double kClearly = 0.6;  // of the sigma told before
   std::vector<ScaleEstimate> improved;
+  const bool last = !orientation.shot;
+  if (!last && !orientation.window) return improved;
   for (auto& [submap, told] : told_) {
     if (!lasers_ || told.source == ScaleSource::stereo) continue;
+    if (!last && submap != orientation.submap) continue;
     const auto laser = lasers_->estimate(submap);
     if (!laser) continue;
     const bool better = told.source == ScaleSource::none || laser->sigma < kClearly * told.sigma;

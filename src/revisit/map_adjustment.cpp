@@ -15,7 +15,7 @@ using Eigen::Vector3d;
 
 // A tie point is seen to a tenth of a pixel, a corner of a revisit to half of one; but its error is
 // the same at all its points, so that it weighs more than its share.
-constexpr double kCornerWeight = 0.25;
+constexpr double kCornerWeight = 0.5;
 
 // The bundle in the frame of the first member's camera.
 class Bundle {
@@ -40,6 +40,10 @@ Bundle::Bundle(const std::vector<Node>& nodes, const std::vector<int>& members) 
   const Node& first = nodes[static_cast<std::size_t>(members.front())];
   map_from_survey_ = first.corrected_from_camera.rigid.inverse();
   rig_ = *first.rig;
+  for (const int member : members) {
+    const Node& node = nodes[static_cast<std::size_t>(member)];
+    if (node.metric) rig_ = *node.rig;
+  }
   double farthest = 0;
   std::size_t anchor = 0;
   bool metric = false;

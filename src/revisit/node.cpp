@@ -27,10 +27,12 @@ odometry::DepthPrior prior_of(const std::vector<Eigen::Vector3d>& points) {
 }
 
 double median_depth(const std::vector<Eigen::Vector3d>& points) {
-  if (points.empty()) return 0;
   std::vector<double> depths;
   depths.reserve(points.size());
-  for (const auto& x : points) depths.push_back(x.z());
+  for (const auto& x : points) {
+    if (x.z() > 0) depths.push_back(x.z());
+  }
+  if (depths.empty()) return 0;
   const auto middle = depths.begin() + static_cast<std::ptrdiff_t>(depths.size() / 2);
   std::nth_element(depths.begin(), middle, depths.end());
   return *middle;

@@ -34,21 +34,31 @@ constexpr double kStepRotation = 5e-4, kStepTranslation = 1e-3, kStepScale = 1e-
 constexpr double kLinkRotation = 2e-3, kLinkTranslation = 4e-3, kLinkScale = 1e-2;
 constexpr double kKnownScale = 1e-6;
 
+bool joins_pairs(const Link& link, const std::vector<Node>& nodes) {
+  return nodes[static_cast<std::size_t>(link.first)].metric &&
+         nodes[static_cast<std::size_t>(link.second)].metric;
+}
+
+// Pairs of cameras know their lengths better than guessed depths do.
+Similarity3 second_from_first(const Link& link, const std::vector<Node>& nodes) {
+  Similarity3 step = link.second_from_first;
+  if (joins_pairs(link, nodes)) {
+    step.rigid.translation /= step.scale;
+    step.scale = 1;
+  }
+  return step;
+}
+
 Edge edge_of(const Link& link, const std::vector<Node>& nodes) {
   const Node& second = nodes[static_cast<std::size_t>(link.second)];
-  const bool metric = second.metric && nodes[static_cast<std::size_t>(link.first)].metric;
   Edge edge{link.first,
             link.second,
-            link.second_from_first,
+            second_from_first(link, nodes),
             kLinkRotation,
             kLinkTranslation * second.depth,
             kLinkScale,
             true};
-  if (metric) {
-    edge.second_from_first.rigid.translation /= edge.second_from_first.scale;
-    edge.second_from_first.scale = 1;
-    edge.sigma_scale = kKnownScale;
-  }
+  if (joins_pairs(link, nodes)) edge.sigma_scale = kKnownScale;
   return edge;
 }
 
@@ -68,7 +78,7 @@ Edge step(int first, int second, const std::vector<Node>& nodes) {
 Similarity3 first_from_second(const Link& link, const std::vector<Node>& nodes) {
   const Node& a = nodes[static_cast<std::size_t>(link.first)];
   const Node& b = nodes[static_cast<std::size_t>(link.second)];
-  return a.corrected_from_camera * link.second_from_first.inverse() *
+  return a.corrected_from_camera * second_from_first(link, nodes).inverse() *
          b.corrected_from_camera.inverse();
 }
 
@@ -101,6 +111,7 @@ struct Revisit::State {
   Node& node(int i) { return nodes[static_cast<std::size_t>(i)]; }
   std::uint32_t map_at(int i) const { return map_of.at(nodes[static_cast<std::size_t>(i)].submap); }
   void add(const SettledKeyFrame& key_frame);
+  bool is_first_of_measured(const SettledKeyFrame& key_frame) const;
   void look_at_home(int newest);
   void look_abroad(int newest, Revision& out);
   std::vector<int> others(int newest, bool same_map) const;
@@ -108,6 +119,7 @@ struct Revisit::State {
   bool try_join(const Link& link, Revision& out);
   void join(const Link& link, Revision& out);
   std::vector<int> members(std::uint32_t map) const;
+  bool is_metric(const std::vector<int>& members) const;
   std::vector<Link> links_of(std::uint32_t map) const;
   void adjust_graph(std::uint32_t map);
   void adjust_loose();
@@ -126,11 +138,18 @@ void Revisit::State::add(const SettledKeyFrame& key_frame) {
     if (nodes.back().submap == node.submap) {
       node.corrected_from_camera = nodes.back().corrected_from_live() * Similarity3{1, node.live};
       way += (nodes.back().live.translation - node.live.translation).norm();
+      if (!(node.depth > 0)) node.depth = nodes.back().depth;
     }
   }
+  if (!(node.depth > 0)) node.depth = 1;
   nodes.push_back(std::move(node));
   swum.push_back(way);
   ++since_adjusted;
+}
+
+// Of a sub-map whose scale was measured before there was a key frame to correct by it.
+bool Revisit::State::is_first_of_measured(const SettledKeyFrame& key_frame) const {
+  return !map_of.contains(key_frame.pose.submap) && scales.contains(key_frame.pose.submap);
 }
 
 // Key frames of the newest one's map, or of all others, by the distance of their ground.
@@ -160,7 +179,8 @@ void Revisit::State::look_at_home(int newest) {
     const double distance = (node(i).ground_centre() - own.ground_centre()).norm();
     const double way = swum[static_cast<std::size_t>(newest)] - swum[static_cast<std::size_t>(i)];
     const double footprint = own.footprint();
-    if (distance > kReach * footprint + std::min(kDrift * way, footprint)) break;
+    if (distance > (kReach + 1) * footprint) break;
+    if (distance > kReach * footprint + std::min(kDrift * way, footprint)) continue;
     ++tried;
     const auto is_this = [&](const Link& l) { return l.first == i && l.second == newest; };
     if (std::ranges::any_of(links, is_this)) continue;
@@ -200,7 +220,8 @@ bool Revisit::State::is_upright(const Link& link) const {
 bool Revisit::State::try_join(const Link& link, Revision& out) {
   const auto is_witness = [&](const Link& other) {
     return map_at(other.first) == map_at(link.first) &&
-           map_at(other.second) == map_at(link.second) && agree(link, other, nodes);
+           map_at(other.second) == map_at(link.second) && other.second != link.second &&
+           agree(link, other, nodes);
   };
   if (link.inliers < kSureJoin && std::ranges::none_of(unproven, is_witness)) {
     unproven.push_back(link);
@@ -217,8 +238,13 @@ void Revisit::State::join(const Link& link, Revision& out) {
   const bool forward = first < second;
   if (!forward) moved = moved.inverse();
   const std::uint32_t kept = std::min(first, second), gone = std::max(first, second);
-  const std::vector<int> later = members(gone);
-  if (node(link.first).metric && node(link.second).metric) moved.scale = 1;
+  const std::vector<int> earlier = members(kept), later = members(gone);
+  if (is_metric(later) && !is_metric(earlier)) {  // only now the earlier one can be in metres
+    const Similarity3 grown{1 / moved.scale, {}};
+    for (const int i : earlier)
+      node(i).corrected_from_camera = grown * node(i).corrected_from_camera;
+    moved = grown * moved;
+  }
   for (Node& n : nodes) {
     if (map_of.at(n.submap) == gone) n.corrected_from_camera = moved * n.corrected_from_camera;
   }
@@ -229,11 +255,14 @@ void Revisit::State::join(const Link& link, Revision& out) {
   const auto proven = [&](const Link& other) {
     return map_at(other.first) == map_at(other.second);
   };
-  std::ranges::copy_if(unproven, std::back_inserter(links), proven);
+  std::ranges::copy_if(unproven, std::back_inserter(links), [&](const Link& other) {
+    return proven(other) && agree(link, other, nodes);
+  });
   std::erase_if(unproven, proven);
   // Their common ground is known now: more pairs of images show it.
   constexpr std::size_t kMost = 20;
   for (std::size_t i = 0; i < std::min(kMost, later.size()); ++i) look_at_home(later[i]);
+  loose.erase(gone);
   loose.insert(kept);
   since_adjusted = kPeriod;
   const int proof = forward ? link.second : link.first,
@@ -254,6 +283,11 @@ std::vector<int> Revisit::State::members(std::uint32_t map) const {
   return found;
 }
 
+bool Revisit::State::is_metric(const std::vector<int>& members) const {
+  return std::ranges::any_of(members,
+                             [&](int i) { return nodes[static_cast<std::size_t>(i)].metric; });
+}
+
 std::vector<Link> Revisit::State::links_of(std::uint32_t map) const {
   std::vector<Link> found;
   std::ranges::copy_if(links, std::back_inserter(found),
@@ -263,6 +297,7 @@ std::vector<Link> Revisit::State::links_of(std::uint32_t map) const {
 
 void Revisit::State::adjust_graph(std::uint32_t map) {
   const std::vector<int> own = members(map);
+  if (own.empty()) return;
   std::vector<Edge> edges;
   for (std::size_t k = 1; k < own.size(); ++k) {
     if (node(own[k]).submap == node(own[k - 1]).submap) {
@@ -351,7 +386,7 @@ void Revisit::State::tell(Revision& out) {
     const Vector3d centre = n.live.translation;
     const double moved = std::max((now * ground - known->second * ground).norm(),
                                   (now * centre - known->second * centre).norm());
-    if (!is_new && moved < kVisible_px * n.depth / n.rig->left.fx) continue;
+    if (!is_new && moved < kVisible_px * now.scale * n.depth / n.rig->left.fx) continue;
     known->second = now;
     out.corrections.push_back({n.image, n.submap, now});
   }
@@ -370,7 +405,9 @@ Revision Revisit::process(const Settlement& settlement) {
   out.image = settlement.image;
   State& s = *state_;
   if (settlement.image) s.time = settlement.time;
+  bool resize = !settlement.scales.empty();
   for (const auto& key_frame : settlement.key_frames) {
+    resize = resize || s.is_first_of_measured(*key_frame);
     s.add(*key_frame);
     const int newest = static_cast<int>(s.nodes.size()) - 1;
     if (!s.config.enabled || !s.node(newest).prior.known()) continue;
@@ -381,8 +418,8 @@ Revision Revisit::process(const Settlement& settlement) {
   if (!s.loose.empty() && (last || s.since_adjusted >= kPeriod)) s.adjust_loose();
   if (last) s.adjust_bundles();
   for (const ScaleEstimate& estimate : settlement.scales) s.scales[estimate.submap] = estimate;
-  if (last || !settlement.scales.empty() || !out.joins.empty()) s.resize(out);
-  s.tell(out);
+  if (last || resize || !out.joins.empty()) s.resize(out);
+  if (last || resize || !settlement.key_frames.empty()) s.tell(out);
   return out;
 }
 

@@ -152,14 +152,16 @@ TEST(Journal, LeavesNoHeapOfSegmentsWhenTheDiskIsFull) {
   EXPECT_EQ(read.missing, 0u);
 }
 
-TEST(Journal, OfALaterVersionIsRefusedUntouched) {
+TEST(Journal, OfAnotherVersionIsRefusedUntouched) {
   const ScratchFolder folder;
   QuickDisk disk;
   write_journal(disk, folder / "", 1);
   std::string text = read_text(folder / kFirst);
-  text[8] = 2;
-  write_text(folder / kFirst, text);
-  EXPECT_THROW(JournalReader(folder / ""), InputError);
+  for (const char version : {1, 3}) {
+    text[8] = version;
+    write_text(folder / kFirst, text);
+    EXPECT_THROW(JournalReader(folder / ""), InputError);
+  }
   EXPECT_THROW(JournalReader(folder / "nowhere"), InputError);
 }
 

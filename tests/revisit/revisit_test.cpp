@@ -120,6 +120,26 @@ TEST(Revisit, ALaterSubmapIsJoinedWhereItsGroundIsKnown) {
   EXPECT_LT(worst_error(key_frames, way, outcome.corrections), 0.02);
 }
 
+// It saw its own ground again shortly before: that map is no more when the graph is adjusted.
+TEST(Revisit, ASubmapIsJoinedThatWasAboutToBeAdjusted) {
+  Seabed seabed;
+  std::vector<Rigid3> way;
+  for (int i = 0; i < 9; ++i) way.push_back(looking_down(0.3 * i, 0, 1.5, 0, 0.03));
+  for (int i = 0; i < 9; ++i) way.push_back(looking_down(0.3 * i, 3, 1.5, 0, 0.03));
+  for (int i = 0; i < 9; ++i) way.push_back(looking_down(2.4 - 0.3 * i, 2.6, 1.5, M_PI, 0.03));
+  for (int i = 1; i < 9; ++i) way.push_back(looking_down(0, 2.6 - 0.3 * i, 1.5, M_PI, 0.03));
+  const Similarity3 elsewhere{0.8, {Eigen::Quaterniond::Identity(), {10, 4, 0.5}}};
+  std::vector<std::shared_ptr<const SettledKeyFrame>> key_frames;
+  for (std::size_t i = 0; i < way.size(); ++i) {
+    const bool later = i >= 9;
+    key_frames.push_back(
+        seabed.key_frame(i, later ? 1 : 0, way[i], later ? elsewhere : Similarity3()));
+  }
+  const Outcome outcome = run(key_frames);
+  ASSERT_EQ(outcome.joins.size(), 1u);
+  EXPECT_LT(worst_error(key_frames, way, outcome.corrections), 0.03);
+}
+
 TEST(Revisit, SubmapsOfOtherGroundStayApart) {
   Seabed seabed;
   std::vector<std::shared_ptr<const SettledKeyFrame>> key_frames;

@@ -16,7 +16,8 @@ MosaicGrid moved(MosaicGrid grid, const Similarity3& correction);
 /// North up again, about its pixel (0, 0), at the mean sampling distance.
 MosaicGrid levelled(MosaicGrid grid);
 
-/// Resampled onto the grid's raster, north up; alpha 0 where the image does not reach.
+/// Resampled onto the grid's raster, north up; alpha 0 where the image does not reach. Without
+/// pixels where that would take many times the image's, or lies beyond 2^29 px of the raster.
 ProjectedImage aligned(const ProjectedImage& image, const MosaicGrid& grid);
 
 }  // namespace nadir::mosaic2d

@@ -55,9 +55,9 @@ class SurveyFrame {
   /// and measures the scale. Alerts when two sources of it disagree.
   [[nodiscard]] std::vector<Alert> observe(const Orientation& orientation);
 
-  /// Scales of sub-maps that have become clearly better since they were last asked for; of all
-  /// sub-maps measured when `last`.
-  std::vector<ScaleEstimate> improved_scales(bool last);
+  /// After observe(): the scale of the orientation's sub-map when it has become clearly better
+  /// since it was last told; at the end, without a shot, those of all that were measured.
+  std::vector<ScaleEstimate> improved_scales(const Orientation& orientation);
 
   SurveyAxes axes() const { return axes_; }
   Scale scale() const { return scale_; }

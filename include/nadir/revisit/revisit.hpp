@@ -16,7 +16,7 @@ struct Config {
   bool enabled = true;
   int gap = 8;               ///< key frames between two that count as a revisit
   int candidates = 3;        ///< earlier key frames tried for each new one
-  int max_adjusted = 1500;   ///< key frames in the final bundle adjustment; beyond, pose graph only
+  int max_adjusted = 400;    ///< key frames in the final bundle adjustment; beyond, pose graph only
   double max_tilt_deg = 12;  ///< between the verticals of two images of joined sub-maps
 
   /// Throws InputError naming the key, its value and the allowed range.
