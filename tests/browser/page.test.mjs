@@ -124,8 +124,9 @@ test("the page between garbage", { timeout: 300_000 }, async (t) => {
   await t.test("counts it, stays alive and shows the dive", async () => {
     await until("finished", read, (now) => now.state?.finished === true, 120);
     const wanted = harness.diveJson(path.join(folder, "garbage")).counts;
-    const { counts, ignored } = await until("its cameras", read, (now) => now.counts.cameras >= wanted.oriented, 30);
-    assert.ok(counts.mosaicTiles >= wanted.mosaic_tiles);
+    // Pictures take their time to be decoded.
+    const isWhole = ({ counts }) => counts.cameras >= wanted.oriented && counts.mosaicTiles >= wanted.mosaic_tiles;
+    const { ignored } = await until("the whole dive", read, isWhole, 30);
     assert.ok(ignored > 100, `only ${ignored} ignored`);
     assert.deepEqual(errors, []);
   });
