@@ -321,11 +321,10 @@ void Revisit::State::adjust_loose() {
 // With the pose graph's solution to start from.
 void Revisit::State::adjust_bundles() {
   for (const std::uint32_t map : moving()) {
-    if (links_of(map).empty()) continue;
+    const std::vector<Link> own_links = links_of(map);
     const std::vector<int> own = members(map);
-    if (static_cast<int>(own.size()) <= config.max_adjusted) {
-      adjust_map(nodes, own, links_of(map));
-    }
+    if (own_links.empty() || static_cast<int>(own.size()) > config.max_adjusted) continue;
+    adjust_map(nodes, own, own_links);
   }
 }
 
@@ -362,6 +361,7 @@ void Revisit::State::resize(Revision& out) {
     sum.source = estimate.scale.source;
   }
   for (const auto& [map, sum] : maps) {
+    if (is_metric(members(map))) continue;  // a pair knows better
     const Similarity3 by{std::exp(sum.log_factor / sum.weight), {}};
     const Scale scale{sum.source, 1 / std::sqrt(sum.weight)};
     for (Node& n : nodes) {
