@@ -72,9 +72,11 @@ std::string npz(const std::vector<std::pair<std::string, cv::Mat>>& arrays) {
     const u32 size = static_cast<u32>(data.size()), offset = static_cast<u32>(file.size());
     const std::string common = little_endian(kVersion, kFlags, kStored, kTime, kDate, crc32(data),
                                              size, size, static_cast<u16>(entry.size()), u16{0});
-    file += kLocalHeader + common + entry + data;
-    directory += kCentralHeader + little_endian(kVersion) + common +
-                 little_endian(u16{0}, u16{0}, u16{0}, u32{0}, offset) + entry;
+    for (const std::string& part : {kLocalHeader, common, entry, data}) file += part;
+    const std::string rest = little_endian(u16{0}, u16{0}, u16{0}, u32{0}, offset);
+    for (const std::string& part : {kCentralHeader, little_endian(kVersion), common, rest, entry}) {
+      directory += part;
+    }
   }
   const u16 count = static_cast<u16>(arrays.size());
   const u32 start = static_cast<u32>(file.size()), length = static_cast<u32>(directory.size());

@@ -111,7 +111,7 @@ void Renderer::cast_tile(const cv::Mat2f& rays, const cv::Rect& tile,
                          const Rigid3& local_from_camera, Visit visit) const {
   const Eigen::Matrix3d turn = local_from_camera.rotation.toRotationMatrix();
   const auto ray_of = [&](int column, int row) {
-    const cv::Vec2f p = rays(row, column);
+    const cv::Vec2f& p = rays(row, column);
     return Ray{local_from_camera.translation, turn * Vector3d(p[0], p[1], 1)};
   };
   std::vector<Vector3d> corners;
@@ -148,7 +148,7 @@ cv::Mat3f Renderer::radiance(const Rigid3& local_from_camera, const Light& light
   const cv::Size size = centres.size();
   const auto corner = [&](int x, int y) { return corners(cv::Rect({x, y}, size)); };
   const cv::Mat sum = corner(0, 0) + corner(0, 1) + corner(1, 0) + corner(1, 1);
-  const cv::Mat picture = sum / 8 + centres / 2;
+  cv::Mat picture = sum / 8 + centres / 2;
   return picture;
 }
 

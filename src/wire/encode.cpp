@@ -147,7 +147,7 @@ std::uint64_t key(const MosaicTile& tile) {
   constexpr std::int32_t kHalf = 1 << (kBits - 1);
   const auto side = [](std::int32_t index) {
     NADIR_CHECK(index >= -kHalf && index < kHalf, index);
-    return static_cast<std::uint64_t>(index + kHalf);
+    return static_cast<std::uint64_t>(std::int64_t{index} + kHalf);
   };
   return make_key(RecordType::mosaic_tile, (std::uint64_t{tile.mosaic} << (2 * kBits)) |
                                                (side(tile.column) << kBits) | side(tile.row));
