@@ -46,6 +46,22 @@ std::string_view to_string(AlertKind kind) {
   return "unknown";
 }
 
+std::string_view to_string(Weakness weakness) {
+  switch (weakness) {
+    case Weakness::few_tie_points:
+      return "few_tie_points";
+    case Weakness::large_residuals:
+      return "large_residuals";
+    case Weakness::blurred:
+      return "blurred";
+    case Weakness::dark:
+      return "dark";
+    case Weakness::bright:
+      return "bright";
+  }
+  return "unknown";
+}
+
 std::string_view to_string(TrackingState state) {
   switch (state) {
     case TrackingState::waiting:

@@ -75,6 +75,24 @@ class Reprojection final : public ceres::SizedCostFunction<2, 7, 3> {
   Vector3d translation_ = Vector3d::Zero();
 };
 
+// Up as the AHRS has it in a camera, and as the map has it there.
+struct VerticalError {
+  Vector3d up_in_camera;
+  double weight = 1;
+
+  template <class T>
+  bool operator()(const T* pose, const T* up_in_map, T* residuals) const {
+    const Eigen::Map<const Eigen::Quaternion<T>> q(pose);
+    const Eigen::Map<const Eigen::Matrix<T, 3, 1>> up(up_in_map);
+    Eigen::Map<Eigen::Matrix<T, 3, 1>> error(residuals);
+    error = T(weight) * (q * up - up_in_camera.cast<T>());
+    return true;
+  }
+};
+
+// The cost is in pixels, which tie points hold to a fifth of one.
+constexpr double kTypical_px = 0.2;
+
 Pose to_parameters(const Rigid3& r) {
   const auto& q = r.rotation;
   return {q.x(), q.y(), q.z(), q.w(), r.translation.x(), r.translation.y(), r.translation.z()};
@@ -91,6 +109,15 @@ double error_px(const Adjustment& a, const CameraRig& rig, const Adjustment::Obs
   if (!(x.z() > 1e-6)) return std::numeric_limits<double>::infinity();
   const double error = (x.head<2>() / x.z() - o.ray).norm();
   return mean_focal(o.right ? rig.right->camera : rig.left) * error;
+}
+
+// Where the solution starts.
+Vector3d up_of(const Adjustment& a) {
+  if (a.up_in_map) return *a.up_in_map;
+  if (a.verticals.empty()) return Vector3d::UnitZ();
+  const auto& first = a.verticals.front();
+  const Rigid3& pose = a.images[static_cast<std::size_t>(first.image)].camera_from_map;
+  return pose.rotation.conjugate() * first.up_in_camera;
 }
 
 bool is_finite(const std::vector<Pose>& poses, const std::vector<Vector3d>& points) {
@@ -160,6 +187,18 @@ AdjustmentSummary adjust(Adjustment& a, const CameraRig& rig, const AdjustmentOp
                                               o.right ? &rig.right->right_from_left : nullptr),
                              of_this, poses[static_cast<std::size_t>(o.image)].data(),
                              points[static_cast<std::size_t>(o.point)].data());
+  }
+  Vector3d up = up_of(a);
+  for (const auto& vertical : a.verticals) {
+    problem.AddResidualBlock(
+        new ceres::AutoDiffCostFunction<VerticalError, 3, 7, 3>(
+            new VerticalError{vertical.up_in_camera, kTypical_px / vertical.sigma}),
+        &loss, poses[static_cast<std::size_t>(vertical.image)].data(), up.data());
+  }
+  ceres::SphereManifold<3> sphere;
+  if (!a.verticals.empty()) {
+    problem.SetManifold(up.data(), &sphere);
+    if (a.up_in_map) problem.SetParameterBlockConstant(up.data());
   }
   bool points_free = false;
   for (std::size_t i = 0; i < poses.size(); ++i) {

@@ -39,7 +39,8 @@ Correspondences correspond(const Features& first, const Features& second,
   Eigen::Matrix3d homography;
   result.pairs =
       verified(match_descriptors(first.descriptors, second.descriptors, kRatio), homography);
-  if (static_cast<int>(result.pairs.size()) < kFew && !homography.isZero()) {
+  const bool guided = is_binary(first.descriptors) && !homography.isZero();
+  if (static_cast<int>(result.pairs.size()) < kFew && guided) {
     std::vector<Vector2d> places;
     for (const auto& ray : first.rays) {
       const Vector3d h = homography * ray.homogeneous();

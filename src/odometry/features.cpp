@@ -3,6 +3,8 @@
 #include "features.hpp"
 
 #include <algorithm>
+#include <functional>
+#include <numeric>
 #include <opencv2/features2d.hpp>
 #include <opencv2/imgproc.hpp>
 
@@ -108,6 +110,41 @@ Features detect_features(const cv::Mat& grey, const CameraModel& camera, int wan
     features.descriptors.push_back(descriptors.row(i));
   }
   return features;
+}
+
+Features describe_blobs(const cv::Mat& grey, const CameraModel& camera) {
+  constexpr int kBlobs = 700;
+  const cv::Mat picture = small_picture(grey);
+  const double scale = static_cast<double>(camera.width) / picture.cols;
+  std::vector<cv::KeyPoint> blobs;
+  cv::Mat descriptors;
+  cv::SIFT::create(kBlobs, 3, 0.01, 10, 1.6, CV_8U)
+      ->detectAndCompute(equalised(picture, 1), cv::noArray(), blobs, descriptors);
+  Features features;
+  features.descriptors.create(0, 128, CV_8U);
+  std::vector<int> order(blobs.size());
+  std::iota(order.begin(), order.end(), 0);
+  std::ranges::stable_sort(order, std::ranges::greater(),
+                           [&](int i) { return blobs[static_cast<std::size_t>(i)].response; });
+  for (const int i : order) {
+    const auto& at = blobs[static_cast<std::size_t>(i)].pt;
+    const Eigen::Vector2d pixel((at.x + 0.5) * scale - 0.5, (at.y + 0.5) * scale - 0.5);
+    const auto ray = camera.unproject(pixel);
+    if (!ray) continue;
+    features.pixels.push_back(pixel);
+    features.rays.push_back(*ray);
+    features.descriptors.push_back(descriptors.row(i));
+  }
+  return features;
+}
+
+cv::Mat small_picture(const cv::Mat& grey) {
+  constexpr int kWidest = 640;
+  if (grey.cols <= kWidest) return grey;
+  cv::Mat small;
+  const int rows = cvRound(static_cast<double>(grey.rows) * kWidest / grey.cols);
+  cv::resize(grey, small, {kWidest, rows}, 0, 0, cv::INTER_AREA);
+  return small;
 }
 
 std::shared_ptr<View> prepare_view(std::shared_ptr<const Frame> frame, int wanted) {

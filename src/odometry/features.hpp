@@ -7,6 +7,7 @@
 
 #include "nadir/core/frame.hpp"
 #include "nadir/core/key_frame.hpp"
+#include "nadir/odometry/correspondence.hpp"
 
 namespace nadir::odometry {
 
@@ -14,6 +15,9 @@ namespace nadir::odometry {
 /// A low `threshold` (FAST, grey levels) finds weak corners of dim images.
 Features detect_features(const cv::Mat& grey, const CameraModel& camera, int wanted,
                          int threshold = 7);
+
+/// The same, at most 640 px wide: enough to recognise ground by.
+cv::Mat small_picture(const cv::Mat& grey);
 
 /// A frame prepared for odometry. It holds the images and dies with its window.
 struct View {

@@ -7,9 +7,11 @@
 
 namespace nadir::odometry {
 
-Health health_of(const View& view);
+/// Of the picture.
+Health health_of(const View& view, const Config& config);
 
 /// Adds the image's tie points.
-void count(Health& health, const Resection& resection, const CameraModel& camera);
+void count(Health& health, const Resection& resection, const CameraModel& camera,
+           const Config& config);
 
 }  // namespace nadir::odometry

@@ -100,9 +100,9 @@ std::optional<Map> seed(const std::shared_ptr<const View>& first,
   resection.camera_from_map = motion;
   add_key_frame(map, second, resection);
   add_matched(map, matched, prior);
-  if (!adjust_window(map, 2, 1).usable) return std::nullopt;
+  if (!adjust_window(map, 2, 1, config).usable) return std::nullopt;
   add_tie_points(map, config);
-  if (!adjust_window(map, 2, 1).usable) return std::nullopt;
+  if (!adjust_window(map, 2, 1, config).usable) return std::nullopt;
   return map;
 }
 
@@ -115,7 +115,7 @@ bool extend(Map& map, std::span<const std::shared_ptr<const View>> views, std::s
     if (!result.resection) return false;
     add_key_frame(map, views[next], *result.resection);
     add_tie_points(map, config);
-    const auto summary = adjust_window(map, static_cast<int>(views.size()), 1);
+    const auto summary = adjust_window(map, static_cast<int>(views.size()), 1, config);
     if (!summary.usable || summary.rms_px > kMaxRms_px) return false;
   }
   return true;

@@ -38,9 +38,11 @@ struct KeyFrame {
   std::uint64_t image = 0;
   Time time = 0;
   Rigid3 camera_from_map;
-  std::shared_ptr<const View> view;  ///< null once the key frame left the window
-  Features features;                 ///< kept longer than the view, to find recent ground again
-  std::vector<int> points;           ///< seen in it
+  std::shared_ptr<const View> view;   ///< null once the key frame left the window
+  std::vector<std::uint8_t> picture;  ///< grey JPEG, reduced, once the view is gone
+  Features features;                  ///< kept longer than the view, to find recent ground again
+  std::vector<int> points;            ///< seen in it
+  std::optional<Eigen::Vector3d> up_in_camera;  ///< by the AHRS
   double rms_px = 0;
   double depth = 0;  ///< median of its tie points along the optical axis
   double sigma_position = 0, sigma_rotation = 0;  ///< relative to the key frame before it

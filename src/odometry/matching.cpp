@@ -62,11 +62,20 @@ class Cells {
 
 }  // namespace
 
+bool is_binary(const cv::Mat& descriptors) { return descriptors.cols == 32; }
+
 Pairs match_descriptors(const cv::Mat& first, const cv::Mat& second, double ratio) {
   Pairs pairs;
   if (first.rows < 2 || second.rows < 2) return pairs;
   std::vector<std::vector<cv::DMatch>> nearest;
-  cv::BFMatcher(cv::NORM_HAMMING).knnMatch(first, second, nearest, 2);
+  if (is_binary(first)) {
+    cv::BFMatcher(cv::NORM_HAMMING).knnMatch(first, second, nearest, 2);
+  } else {  // of bytes OpenCV's Euclidean distance is not vectorised
+    cv::Mat first_values, second_values;
+    first.convertTo(first_values, CV_32F);
+    second.convertTo(second_values, CV_32F);
+    cv::BFMatcher(cv::NORM_L2).knnMatch(first_values, second_values, nearest, 2);
+  }
   std::vector<cv::DMatch> taken(static_cast<std::size_t>(second.rows), cv::DMatch(-1, -1, 1e9F));
   for (const auto& n : nearest) {
     if (n.size() < 2 || !(n[0].distance < static_cast<float>(ratio) * n[1].distance)) continue;

@@ -108,7 +108,7 @@ void PosedImages::State::process(const std::shared_ptr<const View>& view, Orient
   const Rigid3 pose = (survey_from_given * *poses.map_from_camera[frame.image]).inverse();
   if (is_blank(*view)) return publish(own_pose(frame, {pose, {}, 0, 0}), out);
   const Resection here = measure_at(map, *view, pose, config);
-  count(out.health, here, view->camera());
+  count(out.health, here, view->camera(), config);
   if (brings_new_ground(*view, here)) return add(view, here, out);
   publish(own_pose(frame, here), out);
 }
@@ -141,7 +141,7 @@ void PosedImages::State::add(const std::shared_ptr<const View>& view, const Rese
   if (here.seen.size() < kConnected) connect_untracked(*view, out);
   add_tie_points(map, config);
   const auto all = static_cast<int>(map.key_frames.size());
-  const AdjustmentSummary summary = adjust_window(map, config.window, all);
+  const AdjustmentSummary summary = adjust_window(map, config.window, all, config);
   if (map.last().points.size() < kConnected) {
     set_alone();
     publish(own_pose(*view->frame, here), out);
@@ -290,7 +290,7 @@ Orientation PosedImages::process(std::shared_ptr<const Shot> shot) {
   if (out.shot->frame) {
     const auto view = prepare_view(out.shot->frame, state_->config.features);
     view->frame = state_->stereo_check.passed(*view, out.alerts);
-    out.health = health_of(*view);
+    out.health = health_of(*view, state_->config);
     state_->process(view, out);
   }
   out.state = state_->tracking;

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <opencv2/calib3d.hpp>
 #include <opencv2/core/eigen.hpp>
+#include <utility>
 
 #include "matching.hpp"
 #include "nadir/odometry/bundle_adjustment.hpp"
@@ -24,6 +25,7 @@ constexpr int kSureCoarse = 25;    // corners that make a relative orientation w
 constexpr int kMinLengths = 6;     // points that agree on the distance between two images
 constexpr int kSureRelative = 40;  // corners that make fewer tie points enough
 constexpr int kMinTiePointsOfRelative = 8;
+constexpr int kMinTiePointsOfBlobs = 12;
 constexpr int kMinTiePoints = 20;       // sub-pixel, of an accepted pose
 constexpr double kMinShareSeen = 0.15;  // of the expected ones
 constexpr double kCoarseTolerance_px = 4.0;
@@ -36,6 +38,7 @@ struct Rough {
   Rigid3 camera_from_map;
   int inliers = 0;
   int corners = 0;  ///< that agree on the relative orientation to a key frame
+  int blobs = 0;    ///< or so many
 };
 
 Rough resect_points(const std::vector<Vector3d>& points, const Rays& rays,
@@ -147,12 +150,13 @@ std::pair<double, int> length_of(const Rigid3& direction, const std::vector<Vect
   return {length, static_cast<int>(agree)};
 }
 
-// All corners of a reference key frame give the relative orientation; its tie points the length.
-std::vector<Rough> by_relative_orientation(const Map& map, const View& view,
-                                           const KeyFrame& reference) {
+// All features of a reference key frame give the relative orientation; its tie points the length.
+std::vector<Rough> by_relative_orientation(const Map& map, const KeyFrame& reference,
+                                           const Features& of_reference, const Features& of_view,
+                                           const CameraModel& camera) {
   constexpr double kNear_px = 30;
   std::vector<Rough> found;
-  const auto matched = correspond(reference.features, view.features, view.camera());
+  const auto matched = correspond(of_reference, of_view, camera);
   if (static_cast<int>(matched.pairs.size()) < kSureCoarse) return found;
   std::vector<Vector2d> tie_points;
   for (const int i : reference.points) {
@@ -162,18 +166,18 @@ std::vector<Rough> by_relative_orientation(const Map& map, const View& view,
   Rays first, second, second_of_known;
   std::vector<Vector3d> known;
   for (const auto& [i, k] : matched.pairs) {
-    const Vector2d& ray = reference.features.rays[static_cast<std::size_t>(i)];
+    const Vector2d& ray = of_reference.rays[static_cast<std::size_t>(i)];
     first.push_back(ray);
-    second.push_back(view.features.rays[static_cast<std::size_t>(k)]);
+    second.push_back(of_view.rays[static_cast<std::size_t>(k)]);
     const bool near = std::any_of(tie_points.begin(), tie_points.end(), [&](const Vector2d& t) {
-      return (t - ray).norm() * focal(view.camera()) < kNear_px;
+      return (t - ray).norm() * focal(camera) < kNear_px;
     });
     if (!near || !prior.known()) continue;
     known.emplace_back(ray.homogeneous() / prior.at(ray).inverse_depth);
     second_of_known.push_back(second.back());
   }
-  const double sigma = corner_sigma(view.camera());
-  for (const auto& o : relative_orientations(first, second, view.camera(), sigma)) {
+  const double sigma = corner_sigma(camera);
+  for (const auto& o : relative_orientations(first, second, camera, sigma)) {
     const auto [length, agree] = length_of(o.second_from_first, known, second_of_known);
     if (agree < kMinLengths) continue;
     Rigid3 step = o.second_from_first;
@@ -219,8 +223,10 @@ std::optional<Resection> measure(const Map& map, const View& view, const Rigid3&
   return result;
 }
 
-bool acceptable(const Resection& r, int corners) {
-  const int wanted = corners >= kSureRelative ? kMinTiePointsOfRelative : kMinTiePoints;
+bool acceptable(const Resection& r, const Rough& rough) {
+  const int wanted = rough.corners >= kSureRelative ? kMinTiePointsOfRelative
+                     : rough.blobs >= kSureRelative ? kMinTiePointsOfBlobs
+                                                    : kMinTiePoints;
   return static_cast<int>(r.seen.size()) >= wanted &&
          static_cast<double>(r.seen.size()) >= kMinShareSeen * r.expected;
 }
@@ -231,7 +237,7 @@ std::optional<Resection> sharpen(const Map& map, const View& view, const Rough& 
   auto result = measure(map, view, rough.camera_from_map, 6, config);
   if (!result) return result;
   auto again = measure(map, view, result->camera_from_map, 2, config);
-  return again && acceptable(*again, rough.corners) ? again : std::nullopt;
+  return again && acceptable(*again, rough) ? again : std::nullopt;
 }
 
 }  // namespace
@@ -262,7 +268,17 @@ ResectionResult resect(const Map& map, const View& view, std::optional<Rigid3> p
   if (predicted && attempt(by_prediction(map, view, *predicted))) return result;
   if (attempt(by_descriptors(map, view, references))) return result;
   for (const int k : references) {
-    for (const Rough& rough : by_relative_orientation(map, view, map.key_frame(k))) {
+    const KeyFrame& reference = map.key_frame(k);
+    for (const Rough& rough : by_relative_orientation(map, reference, reference.features,
+                                                      view.features, view.camera())) {
+      if (attempt(rough)) return result;
+    }
+  }
+  if (const KeyFrame& last = map.last(); last.view) {
+    const Features of_last = describe_blobs(last.view->frame->grey, view.camera());
+    const Features of_view = describe_blobs(view.frame->grey, view.camera());
+    for (Rough rough : by_relative_orientation(map, last, of_last, of_view, view.camera())) {
+      rough.blobs = std::exchange(rough.corners, 0);
       if (attempt(rough)) return result;
     }
   }

@@ -182,7 +182,7 @@ bool VisualOdometry::State::start(Orientation& out) {
   map->submap = next_submap++;
   map->first_id = next_id;
   followers.clear();
-  AdjustmentSummary summary = adjust_window(*map, config.initial_images, 1);
+  AdjustmentSummary summary = adjust_window(*map, config.initial_images, 1, config);
   std::vector<std::shared_ptr<const Frame>> frames;
   for (const auto& v : key_images) frames.push_back(v->frame);
   const auto placed = placement(make_window(*map, config.initial_images, summary), frames);
@@ -242,7 +242,7 @@ void VisualOdometry::State::give_up_waiting(Orientation& out) {
 
 void VisualOdometry::State::accept(const std::shared_ptr<const View>& view,
                                    const Resection& resection, Orientation& out) {
-  count(out.health, resection, view->camera());
+  count(out.health, resection, view->camera(), config);
   alerted = false;
   const auto shorter = std::min(view->camera().width, view->camera().height);
   const bool new_ground = shift_since_last(*map, resection) > config.key_frame_shift * shorter ||
@@ -252,11 +252,11 @@ void VisualOdometry::State::accept(const std::shared_ptr<const View>& view,
     add_key_frame(*map, view, resection);
     add_tie_points(*map, config);
     const int fixed = map->rig->right ? 1 : 2;
-    auto summary = adjust_window(*map, config.window, fixed);
+    auto summary = adjust_window(*map, config.window, fixed, config);
     if (static_cast<int>(resection.seen.size()) < config.tie_points / 4) {
       // Few tie points gave a pose too rough to find many new ones; now it is better.
       add_tie_points(*map, config);
-      summary = adjust_window(*map, config.window, fixed);
+      summary = adjust_window(*map, config.window, fixed, config);
     }
     const std::size_t n = map->key_frames.size();
     for (std::size_t k = n - std::min(n, static_cast<std::size_t>(config.window)); k < n; ++k) {
@@ -332,7 +332,7 @@ Orientation VisualOdometry::process(std::shared_ptr<const Shot> shot) {
   if (out.shot->frame) {
     const auto view = prepare_view(out.shot->frame, state_->config.features);
     view->frame = state_->stereo_check.passed(*view, out.alerts);
-    out.health = health_of(*view);
+    out.health = health_of(*view, state_->config);
     state_->process(view, out);
   }
   out.state = state_->tracking;

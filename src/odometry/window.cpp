@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "nadir/core/key_frame.hpp"
+#include "nadir/image_io/encode.hpp"
 #include "pose_covariance.hpp"
 
 namespace nadir::odometry {
@@ -19,6 +20,7 @@ std::shared_ptr<const SettledKeyFrame> settled(Map& map, KeyFrame& key_frame, in
   result->pose = pose_of(map, key_frame);
   result->rig = map.rig;
   result->features = std::exchange(key_frame.features, {});
+  result->picture = std::exchange(key_frame.picture, {});
   for (const int i : key_frame.points) {
     const MapPoint& point = map.point(i);
     const auto s = std::find_if(point.sightings.begin(), point.sightings.end(),
@@ -31,8 +33,8 @@ std::shared_ptr<const SettledKeyFrame> settled(Map& map, KeyFrame& key_frame, in
 }
 
 // Sightings of one tie point are matched with the same patch and share its errors, which the
-// residuals do not show: true errors of relative poses are 1.1 to 1.4 of the formal ones.
-constexpr double kSharedErrors = 1.25;
+// residuals do not show: a tenth more, on rendered surveys.
+constexpr double kSharedErrors = 1.1;
 
 // How well each free key frame is known relative to the one before it.
 void estimate_sigmas(const Adjustment& a, const std::vector<int>& key_frames, Map& map) {
@@ -50,12 +52,37 @@ void estimate_sigmas(const Adjustment& a, const std::vector<int>& key_frames, Ma
   }
 }
 
+// Roll and pitch of the free key frames. The survey's own vertical, once it is the AHRS's, is that
+// of its first images.
+void add_verticals(const Map& map, const std::vector<int>& key_frames, const Config& config,
+                   Adjustment& a) {
+  if (map.axes == SurveyAxes::attitude) {
+    a.up_in_map = Eigen::Vector3d::UnitZ();
+  } else if (map.axes != SurveyAxes::none) {
+    return;
+  }
+  for (std::size_t i = 0; i < key_frames.size(); ++i) {
+    const auto& up = map.key_frame(key_frames[i]).up_in_camera;
+    // Free is the map's vertical before it is placed: its first image tells it too.
+    if (!up || (a.images[i].fixed && a.up_in_map)) continue;
+    a.verticals.push_back({static_cast<int>(i), *up, config.attitude_sigma_deg * M_PI / 180});
+  }
+}
+
+void let_view_die(KeyFrame& key_frame) {
+  if (!key_frame.view) return;
+  constexpr int kQuality = 80;
+  const auto jpeg = image_io::encode_jpeg(small_picture(key_frame.view->frame->grey), kQuality);
+  key_frame.picture.assign(jpeg.begin(), jpeg.end());  // of its own size
+  key_frame.view.reset();
+}
+
 // Key frames up to `end` that were not handed out before.
 Settled settle(Map& map, int end) {
   Settled result;
   for (; map.settled < end; ++map.settled) {
     KeyFrame& key_frame = map.key_frame(map.settled);
-    key_frame.view.reset();
+    let_view_die(key_frame);
     result.push_back(settled(map, key_frame, map.settled));
   }
   return result;
@@ -63,7 +90,7 @@ Settled settle(Map& map, int end) {
 
 }  // namespace
 
-AdjustmentSummary adjust_window(Map& map, int window, int fixed) {
+AdjustmentSummary adjust_window(Map& map, int window, int fixed, const Config& config) {
   const int count = static_cast<int>(map.key_frames.size());
   const int first_free = std::max(fixed, count - window);
   Adjustment a;
@@ -92,6 +119,7 @@ AdjustmentSummary adjust_window(Map& map, int window, int fixed) {
       if (s.right_ray) a.observations.push_back({image(s.key_frame), index, true, *s.right_ray});
     }
   }
+  if (config.attitude_sigma_deg > 0) add_verticals(map, images, config, a);
   const AdjustmentSummary summary = adjust(a, *map.rig);
   if (!summary.usable) return summary;
   for (std::size_t i = 0; i < a.images.size(); ++i) {
@@ -138,7 +166,7 @@ AdjustmentSummary adjust_window(Map& map, int window, int fixed) {
 Settled retire(Map& map, const Config& config) {
   const int count = static_cast<int>(map.key_frames.size());
   const int view_end = count - config.window;
-  for (int k = view_end - 1; k >= 0 && map.key_frame(k).view; --k) map.key_frame(k).view.reset();
+  for (int k = view_end - 1; k >= 0 && map.key_frame(k).view; --k) let_view_die(map.key_frame(k));
   return settle(map, count - std::max(config.window, config.relocalise_key_frames));
 }
 

@@ -12,7 +12,7 @@ namespace nadir::odometry {
 
 /// Adjusts the last `window` key frames and their tie points; all earlier ones, and at least the
 /// first `fixed`, are held. Takes out what does not fit.
-AdjustmentSummary adjust_window(Map& map, int window, int fixed);
+AdjustmentSummary adjust_window(Map& map, int window, int fixed, const Config& config);
 
 using Settled = std::vector<std::shared_ptr<const SettledKeyFrame>>;
 

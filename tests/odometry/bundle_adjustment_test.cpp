@@ -148,5 +148,92 @@ TEST(BundleAdjustment, AcceptsAnEmptyProblem) {
   EXPECT_TRUE(a.images[0].camera_from_map.is_finite());
 }
 
+// Three images of flat ground, one after the other, with tie points about their common centre only:
+// tilt and sideways motion are hardly told apart.
+Adjustment flat(double noise_px, unsigned seed) {
+  const CameraRig rig = small_rig();
+  std::mt19937 random(seed);
+  std::uniform_real_distribution<double> uniform(-1, 1);
+  std::normal_distribution<double> normal(0, noise_px / rig.left.fx);
+  const Vector3d up(0, 0, -1);  // of cameras that look straight down
+  Adjustment a;
+  for (int i = 0; i < 3; ++i) {
+    const Eigen::Quaterniond lean(Eigen::AngleAxisd(0.03 * i, Vector3d::UnitY()));
+    a.images.push_back({Rigid3{lean, {0.1 * i, 0, 0}}.inverse(), i == 0, i == 1});
+    a.verticals.push_back({i, a.images.back().camera_from_map.rotation * up, 0.005});
+  }
+  for (int k = 0; k < 30; ++k) {
+    a.points.push_back({{0.1 + 0.15 * uniform(random), 0.15 * uniform(random), 1}, false});
+    for (int i = 0; i < 3; ++i) {
+      const Vector3d x =
+          a.images[static_cast<std::size_t>(i)].camera_from_map * a.points.back().x_in_map;
+      a.observations.push_back(
+          {i, k, false, x.hnormalized() + Vector2d(normal(random), normal(random))});
+    }
+  }
+  return a;
+}
+
+double tilt_error(const Adjustment& a, const Adjustment& b) {
+  return a.images[2].camera_from_map.rotation.angularDistance(b.images[2].camera_from_map.rotation);
+}
+
+struct TiltErrors {
+  double without = 0, with = 0, of_tilted_map = 0, forced = 0;  // root mean squares, radians
+};
+
+// Of 20 maps; the tilted ones are given in a frame whose vertical nobody knows.
+TiltErrors tilt_errors() {
+  constexpr int kMaps = 20;
+  const Eigen::Quaterniond turned(Eigen::AngleAxisd(0.05, Vector3d(1, 2, 0).normalized()));
+  TiltErrors sum;
+  const auto add = [&](double& to, Adjustment a, const Adjustment& truth) {
+    EXPECT_TRUE(adjust(a, small_rig(), {1.0, 100}).usable);
+    to += std::pow(tilt_error(a, truth), 2) / kMaps;
+  };
+  for (unsigned seed = 0; seed < kMaps; ++seed) {
+    const Adjustment truth = flat(0.2, seed);
+    add(sum.with, truth, truth);
+    Adjustment other = truth;
+    other.verticals.clear();
+    add(sum.without, other, truth);
+    other = truth;
+    for (auto& vertical : other.verticals) {
+      const auto& pose = truth.images[static_cast<std::size_t>(vertical.image)].camera_from_map;
+      vertical.up_in_camera = pose.rotation * (turned * Vector3d(0, 0, -1));
+    }
+    add(sum.of_tilted_map, other, truth);
+    other.up_in_map = Vector3d(0, 0, -1);
+    add(sum.forced, other, truth);
+  }
+  for (double* value : {&sum.without, &sum.with, &sum.of_tilted_map, &sum.forced}) {
+    *value = std::sqrt(*value);
+  }
+  return sum;
+}
+
+TEST(BundleAdjustment, VerticalsHoldTheTiltWhereTiePointsHardlyDo) {
+  const TiltErrors errors = tilt_errors();
+  EXPECT_LT(errors.with, 0.7 * errors.without) << errors.without;
+}
+
+TEST(BundleAdjustment, VerticalsOfATiltedMapAgreeWithEachOther) {
+  const TiltErrors errors = tilt_errors();
+  EXPECT_LT(errors.of_tilted_map, 1.1 * errors.with);
+  EXPECT_GT(errors.forced, 2 * errors.of_tilted_map);
+}
+
+TEST(BundleAdjustment, VerticalsWeighLittleAgainstManyTiePoints) {
+  Scene s = scene(small_rig(), 0.2, 2);
+  for (int i = 2; i < 5; ++i) {
+    const auto& pose = s.truth.images[static_cast<std::size_t>(i)].camera_from_map;
+    const Eigen::Quaterniond off(Eigen::AngleAxisd(0.03, Vector3d::UnitY()));
+    s.start.verticals.push_back({i, off * (pose.rotation * Vector3d::UnitZ()), 0.035});
+  }
+  s.start.up_in_map = Vector3d::UnitZ();
+  ASSERT_TRUE(adjust(s.start, small_rig()).usable);
+  EXPECT_LT(position_error(s.start, s.truth), 0.007);  // as without
+}
+
 }  // namespace
 }  // namespace nadir::odometry

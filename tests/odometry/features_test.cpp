@@ -64,5 +64,53 @@ TEST(Matching, HasNoPairsWithoutDescriptors) {
   EXPECT_TRUE(match_descriptors(cv::Mat(0, 32, CV_8U), cv::Mat(0, 32, CV_8U), 0.8).empty());
 }
 
+TEST(Blobs, OfOverlappingImagesOfDimUnevenGroundAgreeWithTheGeometry) {
+  const Ground ground;
+  const CameraRig rig = small_rig();
+  const Rigid3 a = looking_down(0, 0, 1), b = looking_down(0.3, 0.1, 1.1, 0.4);
+  const auto dim = [&](const Rigid3& pose, unsigned seed) {
+    cv::Mat image = ground.image(rig.left, pose, seed);
+    for (int row = 0; row < image.rows; ++row) {  // a lamp on one side
+      image.row(row) *= 0.25 + 0.35 * row / image.rows;
+    }
+    return image;
+  };
+  const Features first = describe_blobs(dim(a, 1), rig.left);
+  const Features second = describe_blobs(dim(b, 2), rig.left);
+  EXPECT_EQ(first.descriptors.cols, 128);
+  const Correspondences matched = correspond(first, second, rig.left);
+  ASSERT_GE(matched.pairs.size(), 40u);
+  std::vector<double> errors;
+  for (const auto& [i, k] : matched.pairs) {
+    const Eigen::Vector3d along =
+        a.rotation * first.rays[static_cast<std::size_t>(i)].homogeneous();
+    const Eigen::Vector3d x = a.translation - a.translation.z() / along.z() * along;
+    const auto again = rig.left.project(b.inverse() * x);
+    ASSERT_TRUE(again);
+    errors.push_back((*again - second.pixels[static_cast<std::size_t>(k)]).norm());
+  }
+  std::ranges::sort(errors);
+  EXPECT_LT(errors[errors.size() / 2], 1.0);
+  EXPECT_LT(errors[errors.size() * 9 / 10], 3.0);
+}
+
+TEST(Blobs, KnowTheirPlaceInTheWholeImageFromASmallPicture) {
+  const Ground ground;
+  CameraModel large = small_rig().left;
+  large.width *= 4;
+  large.height *= 4;
+  large.fx *= 4;
+  large.fy *= 4;
+  large.cx = 4 * large.cx + 1.5;
+  large.cy = 4 * large.cy + 1.5;
+  const cv::Mat image = ground.image(small_rig().left, looking_down(0, 0, 1), 1);
+  const Features whole = describe_blobs(image, small_rig().left);
+  const Features small = describe_blobs(image, large);
+  ASSERT_EQ(whole.size(), small.size());
+  for (std::size_t i = 0; i < whole.rays.size(); ++i) {
+    EXPECT_LT((whole.rays[i] - small.rays[i]).norm(), 1e-9);
+  }
+}
+
 }  // namespace
 }  // namespace nadir::odometry

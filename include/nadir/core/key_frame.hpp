@@ -4,6 +4,7 @@
 // ground later and to adjust the whole map.
 #pragma once
 
+#include <cstdint>
 #include <opencv2/core/mat.hpp>
 #include <optional>
 #include <vector>
@@ -13,12 +14,12 @@
 
 namespace nadir {
 
-/// Corners of an image and their binary descriptors. Parallel arrays; finest level first, within a
-/// level the strongest corner first.
+/// Corners of an image and their binary descriptors, or blobs and theirs. Parallel arrays; of
+/// corners the finest level first, within a level the strongest corner first.
 struct Features {
   std::vector<Eigen::Vector2d> pixels;  ///< of the original, distorted image
   std::vector<Eigen::Vector2d> rays;    ///< normalised undistorted coordinates (x/z, y/z)
-  cv::Mat descriptors;                  ///< CV_8U, 32 columns, one row a feature
+  cv::Mat descriptors;  ///< CV_8U, one row a feature; 32 columns of bits, or of blobs 128 numbers
 
   int size() const { return static_cast<int>(pixels.size()); }
 };
@@ -37,6 +38,7 @@ struct SettledKeyFrame {
   std::shared_ptr<const CameraRig> rig;
   Features features;
   std::vector<TiePointObservation> observations;
+  std::vector<std::uint8_t> picture;  ///< grey JPEG, reduced
 };
 
 }  // namespace nadir

@@ -15,6 +15,7 @@ struct StageStats {
   std::uint32_t depth = 0;    ///< items waiting at its input
   std::uint64_t dropped = 0;  ///< at its input
   double last_ms = 0, p95_ms = 0;
+  double cpu_s = 0;  ///< of its thread since the start
 };
 
 }  // namespace nadir

@@ -6,7 +6,9 @@
 #include <array>
 #include <cstdint>
 #include <memory>
+#include <optional>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "nadir/core/frame.hpp"
@@ -84,13 +86,36 @@ struct Window {
   const ImagePose& central_pose() const { return images[images.size() / 2]; }
 };
 
+/// What makes an image weak for mapping, by the thresholds of the configuration.
+enum class Weakness : std::uint8_t { few_tie_points, large_residuals, blurred, dark, bright };
+inline constexpr std::array kWeaknesses{Weakness::few_tie_points, Weakness::large_residuals,
+                                        Weakness::blurred, Weakness::dark, Weakness::bright};
+std::string_view to_string(Weakness weakness);
+
 /// Per image, for health.csv and the page.
 struct Health {
   std::uint32_t tie_points = 0;
   std::array<std::uint32_t, 4> by_quadrant{};  ///< top left, top right, bottom left, bottom right
   double rms_px = 0;
-  double sharpness = 0;  ///< variance of the Laplacian, grey levels squared
-  double exposure = 0;   ///< mean grey level, 0 to 255
+  double sharpness = 0;         ///< variance of the Laplacian, grey levels squared
+  double exposure = 0;          ///< mean grey level, 0 to 255
+  std::uint8_t weaknesses = 0;  ///< bit by bit; of images without a pose, of the picture alone
+
+  void add(Weakness weakness) {
+    weaknesses = static_cast<std::uint8_t>(weaknesses | 1U << static_cast<unsigned>(weakness));
+  }
+  bool has(Weakness weakness) const {
+    return (weaknesses >> static_cast<unsigned>(weakness) & 1U) != 0;
+  }
+};
+
+/// Where an image without a pose may have been taken: by the vehicle's last motion, the attitude
+/// and the depth.
+struct DeadReckoned {
+  std::uint64_t image = 0;
+  std::uint32_t submap = 0;  ///< from whose last pose it was reckoned
+  Rigid3 survey_from_camera;
+  double sigma_position = 0;  ///< survey units, of each coordinate
 };
 
 struct SettledKeyFrame;
@@ -105,7 +130,8 @@ struct Orientation {
   std::vector<ImagePose> poses;
   /// Images given up by this shot: waited for in initialisation or tracked without success.
   std::vector<std::uint64_t> lost;
-  std::shared_ptr<const Window> window;  ///< null when no window was completed by this shot
+  std::optional<DeadReckoned> dead_reckoned;  ///< the shot's own image while it has no pose
+  std::shared_ptr<const Window> window;       ///< null when no window was completed by this shot
   /// Key frames that odometry will not change any more, each once, in order.
   std::vector<std::shared_ptr<const SettledKeyFrame>> settled;
   Health health;

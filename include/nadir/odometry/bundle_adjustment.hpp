@@ -5,6 +5,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <optional>
 #include <vector>
 
 #include "nadir/core/camera_model.hpp"
@@ -30,9 +31,18 @@ struct Adjustment {
     double weight = 1;    ///< of its square
     double error_px = 0;  ///< out: reprojection error; infinite behind the camera
   };
+  /// What an AHRS says of one image: roll and pitch.
+  struct Vertical {
+    int image = 0;
+    Eigen::Vector3d up_in_camera;
+    double sigma = 0;  ///< radians
+  };
   std::vector<Image> images;
   std::vector<Point> points;
   std::vector<Observation> observations;
+  std::vector<Vertical> verticals;
+  /// None: found from the verticals, of which then only the differences count.
+  std::optional<Eigen::Vector3d> up_in_map;
 };
 
 struct AdjustmentSummary {

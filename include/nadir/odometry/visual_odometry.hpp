@@ -24,8 +24,16 @@ struct Config {
   int tie_points = 400;           ///< wanted per key frame
   double key_frame_shift = 0.10;  ///< image motion that makes a key frame, of the shorter side
   double min_parallax_deg = 1.2;  ///< intersection angle a new tie point needs
+  double attitude_sigma_deg = 2;  ///< of the AHRS's roll and pitch, mounting included; 0: not used
   int relocalise_key_frames = 6;  ///< recent key frames searched after a loss
   OnLost on_lost = OnLost::submap;
+
+  // An image beyond one of these is weak: health.csv says so.
+  int weak_tie_points = 40;    ///< fewer
+  double weak_rms_px = 1.2;    ///< larger
+  double weak_sharpness = 20;  ///< less, variance of the Laplacian
+  double weak_dark = 25;       ///< darker, mean grey level
+  double weak_bright = 230;    ///< brighter
 
   /// Throws InputError naming the key, its value and the allowed range.
   void check() const;
