@@ -8,6 +8,7 @@
 #include <numbers>
 #include <utility>
 
+#include "ground.hpp"
 #include "nadir/core/check.hpp"
 
 namespace nadir::reference {
@@ -16,12 +17,6 @@ namespace {
 using Eigen::Quaterniond, Eigen::Vector3d;
 
 const Quaterniond kEnuFromNed{Eigen::Matrix3d{{0, 1, 0}, {1, 0, 0}, {0, 0, -1}}};
-
-double median(std::vector<double> values) {
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
-}
 
 // Depths along the optical axis of the central camera: what "distance to the seabed" means for a
 // downward camera.
@@ -87,6 +82,44 @@ Quaterniond axes_of(const Vector3d& up, const Quaterniond& map_from_camera) {
   return Quaterniond(rotation);
 }
 
+// Two dots may be mistaken in a few images.
+bool is_settled(ScaleSource source, const ScaleMeasure& measure) {
+  constexpr std::uint32_t kEnough = 5;
+  return source != ScaleSource::laser || measure.images >= kEnough;
+}
+
+std::string witness(ScaleSource source) {
+  switch (source) {
+    case ScaleSource::stereo:
+      return "the pair of cameras";
+    case ScaleSource::laser:
+      return "the lasers";
+    case ScaleSource::typed:
+      return "the known length";
+    case ScaleSource::altitude:
+      return "the altimeter";
+    case ScaleSource::depth:
+      return "changes of depth";
+    default:
+      return std::string(to_string(source));
+  }
+}
+
+std::string to_check(ScaleSource source) {
+  switch (source) {
+    case ScaleSource::stereo:
+      return "the baseline in the calibration";
+    case ScaleSource::laser:
+      return "separation_m in lasers.yml";
+    case ScaleSource::typed:
+      return "reference.known_length";
+    case ScaleSource::altitude:
+      return "altitude.csv and reference.altimeter_below_camera_m";
+    default:
+      return "depth.csv";
+  }
+}
+
 bool is_stereo(const std::vector<std::shared_ptr<const Frame>>& frames) {
   return std::all_of(frames.begin(), frames.end(),
                      [](const auto& frame) { return frame->rig->right && !frame->right.empty(); });
@@ -113,11 +146,18 @@ void Config::check() const {
   if (!(dead_reckoning_max_s >= 0)) {
     throw InputError("reference.dead_reckoning_max_s must be 0 or more; the default is 5");
   }
+  if (!(std::abs(altimeter_below_camera_m) <= 10)) {
+    throw InputError("reference.altimeter_below_camera_m must be -10 to 10; the default is 0");
+  }
+  (void)parse_known_length(known_length);
 }
 
 SurveyFrame::SurveyFrame(Config config, PlaneOf plane_of,
                          const std::optional<calibration::Lasers>& lasers)
-    : config_(config), plane_of_(std::move(plane_of)) {
+    : config_(std::move(config)),
+      plane_of_(std::move(plane_of)),
+      sensors_(config_.altimeter_below_camera_m) {
+  if (const auto length = parse_known_length(config_.known_length)) typed_.emplace(*length);
   if (!lasers) return;
   if (const std::string fault = fault_of(*lasers); !fault.empty()) {
     lasers_alert_ = Alert{0,
@@ -192,7 +232,7 @@ SubmapPlacement SurveyFrame::place(const Window& initial,
   } else {
     const Rigid3 camera =
         placement.survey_from_odometry * initial.images.front().survey_from_camera;
-    rigid.translation = dead_reckoned(initial.images.front(), *frames.front()) - camera.translation;
+    rigid.translation = reckoned_position(*frames.front()) - camera.translation;
   }
   placement.axes = axes_;
   return placement;
@@ -214,15 +254,44 @@ Eigen::Quaterniond SurveyFrame::upright(const Window& initial) {
   return Quaterniond(Eigen::AngleAxisd(std::atan2(x.y(), x.x()), Vector3d::UnitZ())) * own;
 }
 
-Eigen::Vector3d SurveyFrame::dead_reckoned(const ImagePose& first, const Frame& frame) const {
+Eigen::Vector3d SurveyFrame::reckoned_position(const Frame& frame) const {
   if (!last_) return Vector3d::Zero();
   const double elapsed =
-      std::clamp(seconds(first.time - last_->pose.time), 0.0, config_.dead_reckoning_max_s);
+      std::clamp(seconds(frame.time - last_->pose.time), 0.0, config_.dead_reckoning_max_s);
   Vector3d position = last_->pose.survey_from_camera.translation + last_->velocity * elapsed;
   if (scale_.source != ScaleSource::none && frame.depth && last_->depth) {
     position.z() = last_->pose.survey_from_camera.translation.z() + *last_->depth - *frame.depth;
   }
   return position;
+}
+
+// The change that the AHRS saw, from the last pose.
+Eigen::Quaterniond SurveyFrame::reckoned_rotation(const Frame& frame) const {
+  const Quaterniond& last = last_->pose.survey_from_camera.rotation;
+  if (!config_.attitude || !frame.attitude || !last_->attitude) return last;
+  const auto enu_from_camera = [&](const Attitude& attitude) {
+    return attitude.ned_from_body() * frame.rig->body_from_camera;
+  };
+  return (last * enu_from_camera(*last_->attitude).conjugate() * enu_from_camera(*frame.attitude))
+      .normalized();
+}
+
+std::optional<DeadReckoned> SurveyFrame::dead_reckon(const Orientation& orientation) const {
+  const Shot* shot = orientation.shot.get();
+  if (!last_ || !shot || !shot->frame) return std::nullopt;
+  const auto is_its = [&](const ImagePose& pose) { return pose.image == shot->image; };
+  if (std::ranges::any_of(orientation.poses, is_its)) return std::nullopt;
+  // How fast a diver or an ROV changes its speed over some seconds; of an unscaled map, whose unit
+  // is the distance to the ground, the same is as good as any.
+  constexpr double kSpeedChange = 0.2;
+  const double speed = last_->velocity.norm();
+  const double elapsed = std::max(0.0, seconds(shot->time - last_->pose.time));
+  const double unreckoned = std::max(0.0, elapsed - config_.dead_reckoning_max_s);
+  const double sigma = std::hypot(kSpeedChange, 0.5 * speed) * elapsed + speed * unreckoned;
+  return DeadReckoned{shot->image,
+                      last_->pose.submap,
+                      {reckoned_rotation(*shot->frame), reckoned_position(*shot->frame)},
+                      sigma};
 }
 
 std::vector<Alert> SurveyFrame::observe(const Orientation& orientation) {
@@ -231,9 +300,10 @@ std::vector<Alert> SurveyFrame::observe(const Orientation& orientation) {
   }
   for (const ImagePose& pose : orientation.poses) {
     if (last_ && pose.image <= last_->pose.image) continue;
-    LastSeen now{pose, Vector3d::Zero(), std::nullopt};
+    LastSeen now{pose, Vector3d::Zero(), std::nullopt, std::nullopt};
     if (orientation.shot && orientation.shot->image == pose.image && orientation.shot->frame) {
       now.depth = orientation.shot->frame->depth;
+      now.attitude = orientation.shot->frame->attitude;
     }
     if (last_ && last_->pose.submap == pose.submap && pose.time > last_->pose.time) {
       now.velocity =
@@ -242,32 +312,78 @@ std::vector<Alert> SurveyFrame::observe(const Orientation& orientation) {
     }
     last_ = now;
   }
-  if (!lasers_) return {};
-  lasers_->observe(orientation);
+  sensors_.observe(orientation);
+  if (typed_) typed_->observe(orientation);
+  if (lasers_) lasers_->observe(orientation);
   return conflicts(orientation);
 }
 
-// Of a pair and lasers, once for each sub-map.
+std::vector<SurveyFrame::Claim> SurveyFrame::claims(std::uint32_t submap) const {
+  std::vector<Claim> all;
+  const auto add = [&](ScaleSource source, const std::optional<ScaleMeasure>& measure) {
+    if (measure) all.push_back({source, *measure});
+  };
+  const auto told = told_.find(submap);
+  if (told != told_.end() && told->second.source == ScaleSource::stereo) {
+    add(ScaleSource::stereo, ScaleMeasure{1, told->second.sigma, 1});
+  }
+  if (typed_) add(ScaleSource::typed, typed_->estimate(submap));
+  if (lasers_) add(ScaleSource::laser, lasers_->estimate(submap));
+  add(ScaleSource::altitude, sensors_.by_altitude(submap));
+  add(ScaleSource::depth, sensors_.by_depth(submap));
+  return all;
+}
+
+// Of those that measure the map as it is; a pair's is part of it.
+std::optional<SurveyFrame::Claim> SurveyFrame::best_claim(std::uint32_t submap) const {
+  std::optional<Claim> best;
+  for (const Claim& claim : claims(submap)) {
+    if (claim.source == ScaleSource::stereo) continue;
+    if (!best || claim.measure.sigma < best->measure.sigma) best = claim;
+  }
+  return best;
+}
+
+// Once for each two sources and sub-map.
 std::vector<Alert> SurveyFrame::conflicts(const Orientation& orientation) {
-  constexpr std::uint32_t kEnough = 5;  // images
-  constexpr double kTolerated = 0.02;   // separations and baselines are measured to a hundredth
-  constexpr double kSigmas = 3;
-  const auto known = told_.find(orientation.submap);
-  if (!orientation.window || known == told_.end() || known->second.source != ScaleSource::stereo)
-    return {};
-  const auto laser = lasers_->estimate(orientation.submap);
-  if (!laser || laser->images < kEnough) return {};
-  const double sigma = std::hypot(laser->sigma, known->second.sigma);
-  if (std::abs(std::log(laser->ratio)) < std::max(kTolerated, kSigmas * sigma)) return {};
-  if (!in_conflict_.insert(orientation.submap).second) return {};
   const Shot* shot = orientation.shot.get();
-  const auto percent = std::lround(std::abs(laser->ratio - 1) * 100);
-  return {{shot ? shot->time : 0, shot ? std::optional(shot->image) : std::nullopt,
-           AlertKind::scale_conflict,
-           "by the lasers the map is " + std::to_string(percent) + " % " +
-               (laser->ratio > 1 ? "larger" : "smaller") + " than by the pair of cameras",
-           "check separation_m in lasers.yml and the baseline in the calibration; the map keeps to "
-           "the cameras"}};
+  std::vector<Alert> alerts;
+  const auto add = [&](std::string message, std::string remedy) {
+    alerts.push_back({shot ? shot->time : 0, shot ? std::optional(shot->image) : std::nullopt,
+                      AlertKind::scale_conflict, std::move(message), std::move(remedy)});
+  };
+  if (!shot && typed_ && !typed_->fault().empty()) {
+    add("the known length gives no scale: " + typed_->fault(),
+        "correct reference.known_length: the image's number counts from 0");
+  }
+  if (!orientation.window) return alerts;
+  const std::vector<Claim> all = claims(orientation.submap);
+  for (std::size_t i = 0; i < all.size(); ++i) {
+    for (std::size_t k = i + 1; k < all.size(); ++k) {
+      if (agree(all[i], all[k])) continue;
+      const Claim &one = all[i], &other = all[k];
+      if (!in_conflict_.insert({orientation.submap, one.source, other.source}).second) continue;
+      const double excess = other.measure.ratio / one.measure.ratio - 1;
+      const bool keeps_one =
+          one.source == ScaleSource::stereo || one.measure.sigma < other.measure.sigma;
+      add("by " + witness(other.source) + " the map is " +
+              std::to_string(std::lround(100 * std::abs(excess))) + " % " +
+              (excess > 0 ? "larger" : "smaller") + " than by " + witness(one.source),
+          "check " + to_check(one.source) + " and " + to_check(other.source) +
+              "; the map keeps to " + witness(keeps_one ? one.source : other.source));
+    }
+  }
+  return alerts;
+}
+
+// Those that are not settled contradict nothing.
+bool SurveyFrame::agree(const Claim& one, const Claim& other) {
+  constexpr double kTolerated = 0.02;  // separations and baselines are measured to a hundredth
+  constexpr double kSigmas = 3;
+  if (!is_settled(one.source, one.measure) || !is_settled(other.source, other.measure)) return true;
+  const double sigma = std::hypot(one.measure.sigma, other.measure.sigma);
+  return std::abs(std::log(other.measure.ratio / one.measure.ratio)) <
+         std::max(kTolerated, kSigmas * sigma);
 }
 
 std::vector<ScaleEstimate> SurveyFrame::improved_scales(const Orientation& orientation) {
@@ -276,14 +392,15 @@ std::vector<ScaleEstimate> SurveyFrame::improved_scales(const Orientation& orien
   const bool last = !orientation.shot;
   if (!last && !orientation.window) return improved;
   for (auto& [submap, told] : told_) {
-    if (!lasers_ || told.source == ScaleSource::stereo) continue;
+    if (told.source == ScaleSource::stereo) continue;
     if (!last && submap != orientation.submap) continue;
-    const auto laser = lasers_->estimate(submap);
-    if (!laser) continue;
-    const bool better = told.source == ScaleSource::none || laser->sigma < kClearly * told.sigma;
+    const auto claim = best_claim(submap);
+    if (!claim) continue;
+    const auto& [ratio, sigma, images] = claim->measure;
+    const bool better = told.source == ScaleSource::none || sigma < kClearly * told.sigma;
     if (!better && !last) continue;
-    told = {ScaleSource::laser, laser->sigma};
-    improved.push_back({submap, laser->ratio, told});
+    told = {claim->source, sigma};
+    improved.push_back({submap, ratio, told});
   }
   return improved;
 }

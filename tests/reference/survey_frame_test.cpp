@@ -172,5 +172,109 @@ TEST(SurveyFrame, LaterSubmapIsDeadReckonedAtTheSameHeightAndHeading) {
   }
 }
 
+// A map of three images, and what its frame says of images after them.
+struct Following {
+  Dive dive = dive_in_camera_frame(true, true);
+  SurveyFrame survey{{}, true_plane};
+  std::vector<ImagePose> poses;
+
+  Following() {
+    const Similarity3 placed = survey.place(dive.window, dive.frames).survey_from_odometry;
+    for (std::size_t i = 0; i < 3; ++i) {
+      ImagePose pose = dive.window.images[i];
+      pose.survey_from_camera = placed * pose.survey_from_camera;
+      poses.push_back(pose);
+      Orientation orientation;
+      orientation.shot = shot(*dive.frames[i]);
+      orientation.poses = {pose};
+      EXPECT_TRUE(survey.observe(orientation).empty());
+      EXPECT_FALSE(survey.dead_reckon(orientation));
+    }
+  }
+
+  static std::shared_ptr<const Shot> shot(const Frame& frame) {
+    auto made = std::make_shared<Shot>();
+    made->image = frame.image;
+    made->time = frame.time;
+    made->frame = std::make_shared<Frame>(frame);
+    return made;
+  }
+
+  std::optional<DeadReckoned> lost_after(double seconds, double turned = 0) {
+    Frame frame = *dive.frames[2];
+    frame.image = 3;
+    frame.time += from_seconds(seconds);
+    frame.attitude->yaw += turned;
+    Orientation orientation;
+    orientation.shot = shot(frame);
+    EXPECT_TRUE(survey.observe(orientation).empty());
+    return survey.dead_reckon(orientation);
+  }
+};
+
+TEST(SurveyFrame, LostImageIsReckonedByLastMotionAndAttitude) {
+  Following d;
+  constexpr double kTurn = 0.4;
+  const auto place = d.lost_after(1, kTurn);
+  ASSERT_TRUE(place);
+  EXPECT_EQ(place->image, 3u);
+  const Vector3d step =
+      d.poses[2].survey_from_camera.translation - d.poses[1].survey_from_camera.translation;
+  EXPECT_NEAR(
+      (place->survey_from_camera.translation - (d.poses[2].survey_from_camera.translation + step))
+          .norm(),
+      0, 1e-9);
+  // Clockwise seen from above.
+  const Quaterniond turned =
+      Quaterniond(AngleAxisd(-kTurn, Vector3d::UnitZ())) * d.poses[2].survey_from_camera.rotation;
+  EXPECT_NEAR(place->survey_from_camera.rotation.angularDistance(turned), 0, 1e-6);
+}
+
+TEST(SurveyFrame, ReckoningGrowsUncertainAndHoldsItsPlaceWhenTheLastMotionIsOld) {
+  Following d;
+  const auto soon = d.lost_after(1), later = d.lost_after(5), late = d.lost_after(60);
+  ASSERT_TRUE(soon && later && late);
+  EXPECT_GT(soon->sigma_position, 0.2);  // half a metre a second, that may change
+  EXPECT_GT(later->sigma_position, 4 * soon->sigma_position);
+  EXPECT_GT(late->sigma_position, 10 * later->sigma_position);
+  EXPECT_NEAR((late->survey_from_camera.translation - later->survey_from_camera.translation).norm(),
+              0, 1e-9);
+}
+
+TEST(SurveyFrame, ChangesOfDepthAreReckonedWith) {
+  Following d;
+  Frame frame = *d.dive.frames[2];
+  frame.depth = 10;
+  Orientation known;
+  known.shot = Following::shot(frame);
+  known.poses = {d.poses[2]};
+  known.poses[0].image = frame.image = 3;
+  known.poses[0].time = frame.time += from_seconds(1);
+  known.shot = Following::shot(frame);
+  EXPECT_TRUE(d.survey.observe(known).empty());
+  frame.image = 4;
+  frame.time += from_seconds(1);
+  frame.depth = 10.7;
+  Orientation lost;
+  lost.shot = Following::shot(frame);
+  EXPECT_TRUE(d.survey.observe(lost).empty());
+  const auto place = d.survey.dead_reckon(lost);
+  ASSERT_TRUE(place);
+  EXPECT_NEAR(place->survey_from_camera.translation.z(),
+              known.poses[0].survey_from_camera.translation.z() - 0.7, 1e-9);
+}
+
+TEST(SurveyFrame, KnownLengthThatFindsNoGroundIsTold) {
+  Config config;
+  config.known_length = "99 100 100 300 100 0.5";
+  const Dive dive = dive_in_camera_frame(true, false);
+  SurveyFrame survey(config, true_plane);
+  survey.place(dive.window, dive.frames);
+  const auto alerts = survey.observe(Orientation{});
+  ASSERT_EQ(alerts.size(), 1u);
+  EXPECT_EQ(alerts[0].kind, AlertKind::scale_conflict);
+  EXPECT_NE(alerts[0].message.find("image 99 was not there"), std::string::npos);
+}
+
 }  // namespace
 }  // namespace nadir::reference

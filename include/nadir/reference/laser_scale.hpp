@@ -14,6 +14,7 @@
 #include "nadir/calibration/lasers.hpp"
 #include "nadir/core/frame.hpp"
 #include "nadir/core/window.hpp"
+#include "nadir/reference/scale_measure.hpp"
 
 namespace nadir::reference {
 
@@ -47,10 +48,7 @@ std::optional<LaserDots> find_laser_dots(const Frame& frame, const calibration::
 /// Clears the discs of the dots in a mask (CV_8UC1, of the frame's size).
 void mask_laser_dots(const LaserDots& dots, cv::Mat& mask);
 
-struct LaserEstimate {
-  double ratio = 1;           ///< metres per map unit
-  double sigma = 0;           ///< relative, 1 sigma, with what no number of images takes away
-  std::uint32_t images = 0;   ///< measured
+struct LaserEstimate : ScaleMeasure {
   double sigma_of_image = 0;  ///< relative, of one image, from their spread
 };
 

@@ -9,12 +9,15 @@
 #include <optional>
 #include <set>
 #include <string>
+#include <tuple>
 #include <vector>
 
 #include "nadir/core/revision.hpp"
 #include "nadir/core/surface.hpp"
 #include "nadir/core/window.hpp"
+#include "nadir/reference/known_length.hpp"
 #include "nadir/reference/laser_scale.hpp"
+#include "nadir/reference/sensor_scale.hpp"
 
 namespace nadir::reference {
 
@@ -28,13 +31,18 @@ struct Config {
   /// gives no vertical.
   double max_plane_tilt_deg = 35;
 
+  double altimeter_below_camera_m = 0;  ///< along the vehicle's down axis, from the lens
+  std::string known_length;             ///< see parse_known_length; empty: none
+
+  /// Throws InputError naming the setting, its value and the allowed range.
   void check() const;
 };
 
 /// Places the first sub-map at its own centroid, and every later one by attitude and dead reckoning
-/// from what was last seen, marked uncertain. A pair or lasers give the scale. Without them the
-/// first map is sized so that the mean viewing distance of its tie points is 1, later ones so that
-/// the distance to the seabed continues.
+/// from what was last seen, marked uncertain. A pair of cameras gives the scale; else the most
+/// certain of a known length, lasers, altimeter and changes of depth, also later on. Without them
+/// the first map is sized so that the mean viewing distance of its tie points is 1, later ones so
+/// that the distance to the seabed continues.
 class SurveyFrame {
  public:
   /// The plane of a window in the window's own frame, or none.
@@ -55,6 +63,10 @@ class SurveyFrame {
   /// and measures the scale. Alerts when two sources of it disagree.
   [[nodiscard]] std::vector<Alert> observe(const Orientation& orientation);
 
+  /// After observe(): where the shot's image may have been taken when it has no pose; none before
+  /// the first pose and for images without a frame.
+  std::optional<DeadReckoned> dead_reckon(const Orientation& orientation) const;
+
   /// After observe(): the scale of the orientation's sub-map when it has become clearly better
   /// since it was last told; at the end, without a shot, those of all that were measured.
   std::vector<ScaleEstimate> improved_scales(const Orientation& orientation);
@@ -67,22 +79,35 @@ class SurveyFrame {
     ImagePose pose;
     Eigen::Vector3d velocity = Eigen::Vector3d::Zero();  ///< survey units per second
     std::optional<double> depth;  ///< of the vehicle below the surface, metres
+    std::optional<Attitude> attitude;
   };
 
+  /// What a source says of a sub-map's scale.
+  struct Claim {
+    ScaleSource source = ScaleSource::none;
+    ScaleMeasure measure;
+  };
+
+  std::vector<Claim> claims(std::uint32_t submap) const;
+  std::optional<Claim> best_claim(std::uint32_t submap) const;
+  static bool agree(const Claim& one, const Claim& other);
   std::vector<Alert> conflicts(const Orientation& orientation);
   Eigen::Quaterniond upright(const Window& initial);
-  Eigen::Vector3d dead_reckoned(const ImagePose& first, const Frame& frame) const;
+  Eigen::Vector3d reckoned_position(const Frame& frame) const;
+  Eigen::Quaterniond reckoned_rotation(const Frame& frame) const;
 
   Config config_;
   PlaneOf plane_of_;
   SurveyAxes axes_ = SurveyAxes::none;
   Scale scale_;
   std::optional<LastSeen> last_;
+  SensorScale sensors_;
+  std::optional<TypedScale> typed_;
   std::optional<LaserScale> lasers_;
   std::optional<calibration::Lasers> beams_;
   std::optional<Alert> lasers_alert_;    ///< to be told with the first shot
   std::map<std::uint32_t, Scale> told_;  ///< by sub-map: as placed or last improved
-  std::set<std::uint32_t> in_conflict_;
+  std::set<std::tuple<std::uint32_t, ScaleSource, ScaleSource>> in_conflict_;  ///< told
   double viewing_distance_ = 1;  ///< median over the last window, survey units
 };
 
