@@ -22,18 +22,18 @@ constexpr double kMinSpread = 0.06;       // of the image's sides, standard devi
 constexpr double kMaxScaleSpread = 0.08;  // median deviation of the corners' scales
 
 struct Common {
-  std::vector<std::pair<int, int>> pairs;
+  std::vector<Vector2d> first;  // rays
   std::vector<Vector3d> x_in_first;
   std::vector<Vector2d> rays;  // in the second
 };
 
-Common common_corners(const Node& first, const Node& second) {
+Common common_features(const Node& first, const Features& of_first, const Features& of_second) {
   Common common;
-  common.pairs = odometry::correspond(first.features, second.features, first.rig->left).pairs;
-  for (const auto& [i, k] : common.pairs) {
-    const Vector2d& ray = first.features.rays[static_cast<std::size_t>(i)];
+  for (const auto& [i, k] : odometry::correspond(of_first, of_second, first.rig->left).pairs) {
+    const Vector2d& ray = of_first.rays[static_cast<std::size_t>(i)];
+    common.first.push_back(ray);
     common.x_in_first.emplace_back(ray.homogeneous() / first.prior.at(ray).inverse_depth);
-    common.rays.push_back(second.features.rays[static_cast<std::size_t>(k)]);
+    common.rays.push_back(of_second.rays[static_cast<std::size_t>(k)]);
   }
   return common;
 }
@@ -72,7 +72,7 @@ std::optional<Rigid3> refined_pose(const Rigid3& rough, const Node& second, Comm
   Common kept;
   for (std::size_t i = 0; i < a.observations.size(); ++i) {
     if (!(a.observations[i].error_px < kTolerance_px)) continue;
-    kept.pairs.push_back(common.pairs[i]);
+    kept.first.push_back(common.first[i]);
     kept.x_in_first.push_back(common.x_in_first[i]);
     kept.rays.push_back(common.rays[i]);
   }
@@ -125,8 +125,8 @@ int tie_point_at(const Vector2d& corner, const Node& node) {
 void tell_common(const Node& first, const Rigid3& second_from_first, const Common& common,
                  Link& link) {
   const Rigid3 camera_from_survey = first.live.inverse();
-  for (std::size_t i = 0; i < common.pairs.size(); ++i) {
-    const Vector2d& corner = first.features.rays[static_cast<std::size_t>(common.pairs[i].first)];
+  for (std::size_t i = 0; i < common.first.size(); ++i) {
+    const Vector2d& corner = common.first[i];
     const int o = tie_point_at(corner, first);
     if (o < 0) {
       link.corners.push_back({corner, common.rays[i], common.x_in_first[i]});
@@ -143,23 +143,38 @@ void tell_common(const Node& first, const Rigid3& second_from_first, const Commo
 
 }  // namespace
 
-std::optional<Link> link(const std::vector<Node>& nodes, int first, int second) {
+namespace {
+
+std::optional<Link> link(const std::vector<Node>& nodes, int first, int second,
+                         const Features& of_first, const Features& of_second) {
   const Node& a = nodes[static_cast<std::size_t>(first)];
   const Node& b = nodes[static_cast<std::size_t>(second)];
   if (!a.prior.known() || !b.prior.known()) return std::nullopt;
-  Common common = common_corners(a, b);
-  if (static_cast<int>(common.pairs.size()) < kMinPairs) return std::nullopt;
+  Common common = common_features(a, of_first, of_second);
+  if (static_cast<int>(common.first.size()) < kMinPairs) return std::nullopt;
   const auto rough = rough_pose(common, b.rig->left.fx);
   if (!rough) return std::nullopt;
   const auto pose = refined_pose(*rough, b, common);
-  if (!pose || static_cast<int>(common.pairs.size()) < kMinInliers) return std::nullopt;
+  if (!pose || static_cast<int>(common.first.size()) < kMinInliers) return std::nullopt;
   if (!is_spread(common.rays, b.rig->left)) return std::nullopt;
   const auto scale = scale_of(*pose, b, common);
   if (!scale) return std::nullopt;
   Link link{first, second, {*scale, {pose->rotation, *scale * pose->translation}}, 0, {}, {}};
-  link.inliers = static_cast<int>(common.pairs.size());
+  link.inliers = static_cast<int>(common.first.size());
   tell_common(a, *pose, common, link);
   return link;
+}
+
+}  // namespace
+
+std::optional<Link> link(const std::vector<Node>& nodes, int first, int second) {
+  return link(nodes, first, second, nodes[static_cast<std::size_t>(first)].features,
+              nodes[static_cast<std::size_t>(second)].features);
+}
+
+std::optional<Link> link_by_blobs(std::vector<Node>& nodes, int first, int second) {
+  return link(nodes, first, second, nodes[static_cast<std::size_t>(first)].find_blobs(),
+              nodes[static_cast<std::size_t>(second)].find_blobs());
 }
 
 }  // namespace nadir::revisit

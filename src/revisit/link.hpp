@@ -33,4 +33,7 @@ struct Link {
 /// None when the two do not fit, or so few or so crowded corners say so that it may be chance.
 std::optional<Link> link(const std::vector<Node>& nodes, int first, int second);
 
+/// The same by blobs, which are found when they are not known yet: slow, for dim and uneven ground.
+std::optional<Link> link_by_blobs(std::vector<Node>& nodes, int first, int second);
+
 }  // namespace nadir::revisit

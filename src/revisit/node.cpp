@@ -4,6 +4,10 @@
 
 #include <algorithm>
 
+#include "nadir/image_io/decode.hpp"
+#include "nadir/image_io/header.hpp"
+#include "nadir/odometry/correspondence.hpp"
+
 namespace nadir::revisit {
 namespace {
 
@@ -49,8 +53,20 @@ Node::Node(const SettledKeyFrame& key_frame)
       metric(std::ranges::any_of(key_frame.observations,
                                  [](const auto& o) { return o.right_ray.has_value(); })),
       features(key_frame.features),
+      picture(key_frame.picture),
       observations(key_frame.observations),
       prior(prior_of(in_camera(key_frame))),
       depth(median_depth(in_camera(key_frame))) {}
+
+const Features& Node::find_blobs() {
+  if (blobs) return *blobs;
+  blobs.emplace();
+  const auto [header, fault] = image_io::read_header(picture);
+  if (!header) return *blobs;
+  const cv::Mat grey =
+      image_io::decode(picture, header->width, header->height, 1, image_io::Colour::grey).image;
+  if (!grey.empty()) blobs = odometry::describe_blobs(grey, rig->left);
+  return *blobs;
+}
 
 }  // namespace nadir::revisit

@@ -4,6 +4,7 @@
 #pragma once
 
 #include <memory>
+#include <optional>
 #include <vector>
 
 #include "nadir/core/key_frame.hpp"
@@ -20,7 +21,9 @@ struct Node {
   Rigid3 live;                        ///< survey_from_camera as odometry left it
   Similarity3 corrected_from_camera;  ///< lengths in the camera frame are odometry's
   bool metric = false;                ///< of a stereo pair: its lengths are right
-  Features features;
+  Features features;                  ///< corners
+  std::vector<std::uint8_t> picture;  ///< grey JPEG, reduced
+  std::optional<Features> blobs;      ///< of the picture, once they were wanted
   std::vector<TiePointObservation> observations;
   odometry::DepthPrior prior;  ///< of the ground, odometry's lengths
   double depth = 0;            ///< median of its tie points along the optical axis
@@ -28,6 +31,9 @@ struct Node {
   Similarity3 corrected_from_live() const {
     return corrected_from_camera * Similarity3{1, live.inverse()};
   }
+  /// Finds the blobs when they are not known yet; none of a picture that cannot be read.
+  const Features& find_blobs();
+
   /// Where the optical axis meets the ground.
   Eigen::Vector3d ground_centre() const {
     return corrected_from_camera * Eigen::Vector3d(0, 0, depth);

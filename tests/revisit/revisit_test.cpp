@@ -7,6 +7,7 @@
 #include <algorithm>
 
 #include "nadir/core/check.hpp"
+#include "nadir/image_io/encode.hpp"
 #include "revisit/seabed.hpp"
 
 namespace nadir::revisit {
@@ -138,6 +139,66 @@ TEST(Revisit, ASubmapIsJoinedThatWasAboutToBeAdjusted) {
   const Outcome outcome = run(key_frames);
   ASSERT_EQ(outcome.joins.size(), 1u);
   EXPECT_LT(worst_error(key_frames, way, outcome.corrections), 0.03);
+}
+
+// On ground whose corners are never found again: their descriptors are noise.
+std::shared_ptr<const SettledKeyFrame> dim_key_frame(const odometry::Ground& ground,
+                                                     std::uint64_t image, std::uint32_t submap,
+                                                     const Rigid3& true_from_camera,
+                                                     const Similarity3& live_from_true) {
+  static const auto rig = std::make_shared<const CameraRig>(odometry::small_rig());
+  auto result = std::make_shared<SettledKeyFrame>();
+  result->rig = rig;
+  result->pose.image = image;
+  result->pose.submap = submap;
+  result->pose.key_frame = true;
+  result->pose.survey_from_camera = live_from_true * true_from_camera;
+  const auto seed = static_cast<unsigned>(image);
+  result->picture = image_io::encode_jpeg(ground.image(rig->left, true_from_camera, seed), 90);
+  cv::RNG random(image);
+  for (std::uint64_t i = 0; i < 80; ++i) {
+    const Eigen::Vector2d pixel(random.uniform(5., 315.), random.uniform(5., 235.));
+    const Eigen::Vector2d ray = *rig->left.unproject(pixel);
+    const Vector3d along = true_from_camera.rotation * ray.homogeneous();
+    const Vector3d x =
+        true_from_camera.translation - true_from_camera.translation.z() / along.z() * along;
+    result->observations.push_back(
+        {1'000'000 * submap + 1000 * image + i, ray, std::nullopt, live_from_true * x});
+    result->features.pixels.push_back(pixel);
+    result->features.rays.push_back(ray);
+  }
+  result->features.descriptors.create(80, 32, CV_8U);
+  random.fill(result->features.descriptors, cv::RNG::UNIFORM, 0, 256);
+  return result;
+}
+
+TEST(Revisit, BlobsJoinSubmapsWhoseCornersAreNotFoundAgain) {
+  const odometry::Ground ground;
+  const Similarity3 elsewhere{
+      0.8, {Eigen::Quaterniond(Eigen::AngleAxisd(1, Vector3d::UnitZ())), {10, 4, 0.5}}};
+  std::vector<Rigid3> way;
+  for (int i = 0; i < 6; ++i) way.push_back(looking_down(0.5 * i, -0.2, 1.5, 0, 0.03));
+  for (int i = 0; i < 8; ++i) way.push_back(looking_down(2.5 - 0.3 * i, 0.2, 1.5, M_PI, 0.03));
+  std::vector<std::shared_ptr<const SettledKeyFrame>> key_frames;
+  for (std::size_t i = 0; i < way.size(); ++i) {
+    const bool later = i >= 6;
+    key_frames.push_back(
+        dim_key_frame(ground, i, later ? 1 : 0, way[i], later ? elsewhere : Similarity3()));
+  }
+  const Outcome outcome = run(key_frames);
+  ASSERT_EQ(outcome.joins.size(), 1u);
+  // A blob is good to about a pixel, which is 5 mm on the ground.
+  EXPECT_LT(worst_error(key_frames, way, outcome.corrections), 0.03);
+}
+
+TEST(Revisit, BlobsOfOtherGroundJoinNothing) {
+  const odometry::Ground ground(1), other(2);
+  std::vector<std::shared_ptr<const SettledKeyFrame>> key_frames;
+  for (std::uint64_t i = 0; i < 12; ++i) {
+    const Rigid3 pose = looking_down(0.4 * static_cast<double>(i % 6), 0, 1.5, 0, 0.03);
+    key_frames.push_back(dim_key_frame(i < 6 ? ground : other, i, i < 6 ? 0 : 1, pose, {}));
+  }
+  EXPECT_TRUE(run(key_frames).joins.empty());
 }
 
 TEST(Revisit, SubmapsOfOtherGroundStayApart) {
