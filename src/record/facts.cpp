@@ -33,13 +33,19 @@ void fields(Archive& archive, Is<ImagePose> auto& pose) {
 }
 
 template <class Archive>
+void fields(Archive& archive, Is<DeadReckoned> auto& place) {
+  archive(place.image, place.submap, place.survey_from_camera, place.sigma_position);
+}
+
+template <class Archive>
 void fields(Archive& archive, Is<TiePoint> auto& point) {
   archive(point.id, point.x_in_survey, point.rgb, point.images, point.rms_px);
 }
 
 template <class Archive>
 void fields(Archive& archive, Is<Health> auto& health) {
-  archive(health.tie_points, health.by_quadrant, health.rms_px, health.sharpness, health.exposure);
+  archive(health.tie_points, health.by_quadrant, health.rms_px, health.sharpness, health.exposure,
+          health.weaknesses);
 }
 
 template <class Archive>
@@ -118,9 +124,9 @@ void fields(Archive& archive, Is<TilePlace> auto& tile) {
 template <class Archive>
 void fields(Archive& archive, Is<Facts> auto& facts) {
   archive(facts.of_shot, facts.image, facts.time, facts.name, facts.rejected, facts.dropped_before,
-          facts.state, facts.submap, facts.poses, facts.lost, facts.health, facts.window,
-          facts.plane, facts.grid, facts.mosaic, facts.projected, facts.tiles, facts.alerts,
-          facts.corrections, facts.joins, facts.scales);
+          facts.state, facts.submap, facts.poses, facts.lost, facts.dead_reckoned, facts.health,
+          facts.window, facts.plane, facts.grid, facts.mosaic, facts.projected, facts.tiles,
+          facts.alerts, facts.corrections, facts.joins, facts.scales);
 }
 
 namespace {
@@ -169,6 +175,8 @@ void add(const Orientation& orientation, Facts& facts) {
   std::ranges::copy_if(orientation.poses, std::back_inserter(facts.poses),
                        [](const ImagePose& pose) { return pose.survey_from_camera.is_finite(); });
   facts.lost = orientation.lost;
+  const auto& reckoned = orientation.dead_reckoned;
+  if (reckoned && reckoned->survey_from_camera.is_finite()) facts.dead_reckoned = reckoned;
   facts.health = orientation.health;
   if (orientation.window) facts.window = facts_of(*orientation.window);
   append(facts.alerts, orientation.alerts);

@@ -55,6 +55,7 @@ struct Facts {
   std::uint32_t submap = 0;
   std::vector<ImagePose> poses;
   std::vector<std::uint64_t> lost;
+  std::optional<DeadReckoned> dead_reckoned;
   Health health;
   std::optional<WindowFacts> window;
   std::optional<Plane> plane;

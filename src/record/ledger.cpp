@@ -26,6 +26,7 @@ void add_shot(const Facts& facts, Ledger& ledger) {
   image.state = facts.state;
   image.submap = facts.submap;
   image.health = facts.health;
+  image.dead_reckoned = facts.dead_reckoned;
   ledger.queue_full += facts.dropped_before;
 }
 
@@ -131,6 +132,12 @@ void correct(Ledger& ledger) {
   if (ledger.corrections.empty()) return;
   double farthest = ledger.farthest;
   for (auto& [number, image] : ledger.images) {
+    if (image.dead_reckoned) {
+      DeadReckoned& place = *image.dead_reckoned;
+      const Similarity3 correction = ledger.corrections.at(place.submap, number);
+      place.survey_from_camera = correction * place.survey_from_camera;
+      place.sigma_position *= correction.scale;
+    }
     if (!image.final) continue;
     ImagePose& pose = *image.final;
     const Similarity3 correction = ledger.corrections.at(pose.submap, number);

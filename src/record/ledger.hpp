@@ -25,6 +25,7 @@ struct ImageFacts {
   std::uint32_t submap = 0;
   Health health;
   std::optional<ImagePose> live, final;  ///< as first published, and the newest
+  std::optional<DeadReckoned> dead_reckoned;
 };
 
 /// A projected image and the plane it lies on.

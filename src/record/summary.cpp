@@ -78,6 +78,34 @@ json drift_json(const Ledger& ledger) {
   return drifts;
 }
 
+// Images without a pose: where they may have been taken.
+json dead_reckoned_json(const Ledger& ledger) {
+  json places = json::array();
+  for (const auto& [number, image] : ledger.images) {
+    if (image.final || !image.dead_reckoned) continue;
+    const auto& [rotation, position] = image.dead_reckoned->survey_from_camera;
+    places.push_back({{"image", number},
+                      {"time_s", seconds(image.time)},
+                      {"submap", image.dead_reckoned->submap},
+                      {"position_survey_units", {position.x(), position.y(), position.z()}},
+                      {"rotation_xyzw", {rotation.x(), rotation.y(), rotation.z(), rotation.w()}},
+                      {"sigma_survey_units", image.dead_reckoned->sigma_position}});
+  }
+  return places;
+}
+
+// How many images are weak, by cause.
+json weak_images_json(const Ledger& ledger) {
+  json counts = json::object();
+  for (const Weakness weakness : kWeaknesses) {
+    counts[std::string(to_string(weakness))] =
+        std::ranges::count_if(ledger.images, [&](const auto& image) {
+          return image.second.recorded && image.second.health.has(weakness);
+        });
+  }
+  return counts;
+}
+
 json files_json(const Stamps& stamps) {
   json files = json::object();
   for (const auto& [name, stamp] : stamps) {
@@ -110,6 +138,8 @@ json summary(const Ledger& ledger, double area, const Stamps& stamps, const json
   dive["area_m2"] = metric ? json(area) : json();
   dive["area_survey_units"] = area;
   dive["drift"] = drift_json(ledger);
+  dive["weak_images"] = weak_images_json(ledger);
+  dive["dead_reckoned"] = dead_reckoned_json(ledger);
   dive["rates"] = rates;
   dive["cut_off"] = !ledger.ended;
   dive["missing_records"] = ledger.missing_records;

@@ -38,6 +38,16 @@ std::string csv_field(const std::string& text) {
   return quoted + '"';
 }
 
+std::string weaknesses(const Health& health) {
+  std::string names;
+  for (const Weakness weakness : kWeaknesses) {
+    if (!health.has(weakness)) continue;
+    if (!names.empty()) names += ' ';
+    names += to_string(weakness);
+  }
+  return names;
+}
+
 std::string health_line(std::uint64_t number, const ImageFacts& image) {
   std::string line =
       padded(number, 1) + ',' + csv_field(image.name) + ',' + seconds_text(image.time) + ',';
@@ -56,7 +66,7 @@ std::string health_line(std::uint64_t number, const ImageFacts& image) {
   const bool known = image.final && image.final->sigma_position > 0;
   line += ',' + (known ? fixed(image.final->sigma_position, 6) : std::string());
   line += ',' + (known ? fixed(image.final->sigma_rotation * 180 / M_PI, 5) : std::string());
-  return line + '\n';
+  return line + ',' + weaknesses(image.health) + '\n';
 }
 
 nlohmann::ordered_json to_json(const Alert& alert) {
@@ -95,7 +105,7 @@ bool write_alerts(LooseFile& file, const Ledger& ledger) {
 bool write_health(LooseFile& file, const Ledger& ledger) {
   file.write(
       "image,name,seconds,state,oriented,submap,tie_points,top_left,top_right,bottom_left,"
-      "bottom_right,rms_px,sharpness,exposure,relative_sigma,relative_sigma_deg\n");
+      "bottom_right,rms_px,sharpness,exposure,relative_sigma,relative_sigma_deg,weak\n");
   for (const auto& [number, image] : ledger.images) {
     if (image.recorded) file.write(health_line(number, image));
   }

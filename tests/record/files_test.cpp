@@ -12,6 +12,7 @@
 
 #include "nadir/core/check.hpp"
 #include "nadir/image_io/decode.hpp"
+#include "nadir/record/recover.hpp"
 #include "record/small_dive.hpp"
 
 namespace nadir::record {
@@ -229,9 +230,67 @@ TEST(HealthTable, HasALineOfEachImage) {
   std::getline(in, line);
   EXPECT_TRUE(line.starts_with("image,name,seconds,state,oriented,submap,tie_points,"));
   std::getline(in, line);
-  EXPECT_EQ(line, "0,\"dsc,0\",1700000000.123456789,tracking,1,0,3,1,1,1,0,0.400,120.500,99.250,,");
+  EXPECT_EQ(line,
+            "0,\"dsc,0\",1700000000.123456789,tracking,1,0,3,1,1,1,0,0.400,120.500,99.250,,,");
   std::getline(in, line);
   EXPECT_TRUE(line.starts_with("1,\"dsc,1\",1700000000.623456790,rejected,0,"));
+}
+
+TEST(HealthTable, NamesWhatIsWeakAndTheDiveCountsIt) {
+  const SmallDive small;
+  const ScratchFolder scratch;
+  Dive dive(scratch / "dive", small.info(), {});
+  for (int i = 0; i < small.images; ++i) {
+    Entry entry = small.entry(i);
+    auto orientation = std::make_shared<Orientation>(*entry.orientation);
+    if (i < 2) orientation->health.add(Weakness::dark);
+    if (i == 1) orientation->health.add(Weakness::few_tie_points);
+    entry.orientation = orientation;
+    ASSERT_TRUE(dive.add(entry).empty());
+  }
+  ASSERT_TRUE(dive.finish({}).empty());
+  const std::string table = read_text(scratch / "dive/health.csv");
+  EXPECT_NE(table.find(",dark\n1,"), std::string::npos) << table;
+  EXPECT_NE(table.find(",few_tie_points dark\n2,"), std::string::npos) << table;
+  const json weak = json::parse(read_text(scratch / "dive/dive.json"))["weak_images"];
+  EXPECT_EQ(weak["dark"], 2);
+  EXPECT_EQ(weak["few_tie_points"], 1);
+  EXPECT_EQ(weak["bright"], 0);
+}
+
+TEST(DiveJson, TellsWhereLostImagesMayLieAndRecoveryDoesToo) {
+  const SmallDive small;
+  const ScratchFolder scratch;
+  {
+    Dive dive(scratch / "dive", small.info(), {});
+    Entry entry = small.entry(0);
+    ASSERT_TRUE(dive.add(entry).empty());
+    entry = small.entry(1);
+    auto lost = std::make_shared<Orientation>();
+    lost->shot = entry.orientation->shot;
+    lost->state = TrackingState::lost;
+    lost->lost = {1};
+    lost->dead_reckoned =
+        DeadReckoned{1, 0, {Eigen::Quaterniond::Identity(), {1.5, -2, 0.25}}, 0.4};
+    ASSERT_TRUE(dive.add({lost, nullptr, nullptr, nullptr}).empty());
+    // Lost at first, and found in the end.
+    entry = small.entry(2);
+    auto found = std::make_shared<Orientation>(*entry.orientation);
+    found->dead_reckoned = DeadReckoned{2, 0, {Eigen::Quaterniond::Identity(), {9, 9, 9}}, 0.4};
+    ASSERT_TRUE(dive.add({found, entry.surface, entry.cloud, entry.mosaic}).empty());
+    ASSERT_TRUE(dive.finish({}).empty());
+  }
+  const auto check = [&] {
+    const json places = json::parse(read_text(scratch / "dive/dive.json"))["dead_reckoned"];
+    ASSERT_EQ(places.size(), 1u) << places;
+    EXPECT_EQ(places[0]["image"], 1);
+    EXPECT_EQ(places[0]["position_survey_units"], (json{1.5, -2.0, 0.25}));
+    EXPECT_EQ(places[0]["sigma_survey_units"], 0.4);
+  };
+  check();
+  std::filesystem::remove(scratch / "dive/dive.json");
+  recover(scratch / "dive");
+  check();
 }
 
 TEST(DiveJson, CountsEveryImageOnce) {

@@ -157,7 +157,7 @@ TEST(Journal, OfAnotherVersionIsRefusedUntouched) {
   QuickDisk disk;
   write_journal(disk, folder / "", 1);
   std::string text = read_text(folder / kFirst);
-  for (const char version : {'\x01', '\x03'}) {
+  for (const char version : {'\x02', '\x04'}) {
     text[8] = version;
     write_text(folder / kFirst, text);
     EXPECT_THROW(JournalReader(folder / ""), InputError);

@@ -21,7 +21,7 @@ class Disk;
 
 struct Config {
   bool projected = true;   ///< save each projected image; without them mosaics cannot be recovered
-  bool small_png = false;  ///< smaller projected images and mosaics for a little more time
+  bool small_png = false;  ///< smaller projected images for a little more time
 
   void check() const {}
 };
