@@ -5,6 +5,7 @@
 #include <pthread.h>
 
 #include <algorithm>
+#include <ctime>
 
 #include "nadir/core/check.hpp"
 
@@ -16,6 +17,12 @@ constexpr std::size_t kThreadNameLength = 15;  // pthread_setname_np(3)
 bool share_one_bell(const std::vector<Input>& inputs) {
   return std::ranges::all_of(
       inputs, [&](const Input& input) { return input.edge->bell() == inputs[0].edge->bell(); });
+}
+
+double thread_cpu_s() {
+  timespec used{};
+  clock_gettime(CLOCK_THREAD_CPUTIME_ID, &used);
+  return static_cast<double>(used.tv_sec) + 1e-9 * static_cast<double>(used.tv_nsec);
 }
 
 }  // namespace
@@ -62,6 +69,7 @@ StageStats Stage::stats() const {
   }
   stats.last_ms = reading.last_ms;
   stats.p95_ms = reading.p95_ms;
+  stats.cpu_s = cpu_s_;
   return stats;
 }
 
@@ -75,6 +83,12 @@ void Stage::run(const std::function<void()>& work) {
   }
   for (const Input& input : inputs_) input.edge->abandon();
   close_();
+  cpu_s_ = thread_cpu_s();
+}
+
+void Stage::measure(Meter::Clock::time_point begin) {
+  meter_.add(begin, Meter::Clock::now(), arrived());
+  cpu_s_ = thread_cpu_s();
 }
 
 void Stage::consume() {
@@ -82,7 +96,7 @@ void Stage::consume() {
   while (!std::ranges::all_of(inputs_, [](const Input& input) { return input.edge->ended(); })) {
     bell.wait();
     const auto begin = Meter::Clock::now();
-    if (take_one()) meter_.add(begin, Meter::Clock::now(), arrived());
+    if (take_one()) measure(begin);
   }
 }
 
@@ -94,7 +108,7 @@ void Stage::produce(const std::function<bool()>& produce_one) {
   while (!stopped_) {
     const auto begin = Meter::Clock::now();
     if (!produce_one()) return;
-    meter_.add(begin, Meter::Clock::now(), arrived());
+    measure(begin);
   }
 }
 

@@ -5,6 +5,7 @@
 #include <gtest/gtest.h>
 #include <pthread.h>
 
+#include <ctime>
 #include <stdexcept>
 
 #include "nadir/core/check.hpp"
@@ -43,6 +44,21 @@ TEST(Stage, PassesTheEndDownTheFlow) {
   EXPECT_EQ(square.stats().processed, 1000u);
   EXPECT_EQ(square.stats().dropped, 0u);
   EXPECT_GT(square.stats().rate_out_hz, 0);
+}
+
+TEST(Stage, CountsTheCpuTimeOfItsThread) {
+  Channel<int> numbers(2, WhenFull::wait);
+  const auto work_until_20_ms_are_used = [](int) {
+    const std::clock_t begin = std::clock();
+    while (std::clock() - begin < CLOCKS_PER_SEC / 50) {
+    }
+  };
+  Stage worker("worker", {from(numbers, work_until_20_ms_are_used)}, [] {});
+  EXPECT_LT(worker.stats().cpu_s, 0.01);
+  numbers.push(1);
+  numbers.close();
+  worker.join();
+  EXPECT_GT(worker.stats().cpu_s, 0.015);
 }
 
 TEST(Stage, FlushesWhatTheAlgorithmHeldBack) {

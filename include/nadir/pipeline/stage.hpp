@@ -63,6 +63,7 @@ class Stage {
   void run(const std::function<void()>& work);
   void consume();
   bool take_one();
+  void measure(Meter::Clock::time_point begin);
   void produce(const std::function<bool()>& produce_one);
   std::uint64_t arrived() const;
 
@@ -72,6 +73,7 @@ class Stage {
   Meter meter_;
   std::exception_ptr fault_;
   std::atomic<bool> stopped_ = false;
+  std::atomic<double> cpu_s_ = 0;
   std::jthread thread_;
 };
 
