@@ -34,6 +34,13 @@ reference::SurveyFrame::PlaneOf plane_of(const plane::Config& config) {
   };
 }
 
+// An AHRS that may not level the survey has no say in odometry either.
+odometry::Config with_attitude_as_wanted(const Config& config) {
+  odometry::Config odometry = config.odometry;
+  if (!config.reference.attitude) odometry.attitude_sigma_deg = 0;
+  return odometry;
+}
+
 Alert skipped(const Orientation& orientation, std::uint32_t count) {
   const Shot* shot = orientation.shot.get();
   return {shot ? shot->time : 0, shot ? std::optional(shot->image) : std::nullopt, AlertKind::load,
@@ -75,7 +82,7 @@ Graph::Graph(const Config& config, Rate rate, Ends ends, std::optional<GivenPose
     : rate_(rate),
       ends_(ends),
       survey_(config.reference, plane_of(config.plane), ends.source.lasers()),
-      odometry_(make_odometry(config.odometry, std::move(poses))),
+      odometry_(make_odometry(with_attitude_as_wanted(config), std::move(poses))),
       plane_(config.plane),
       mosaicker_(config.mosaic2d),
       projection_(config.projection3d),
@@ -218,6 +225,7 @@ void Graph::orient(Shared<Shot> shot) {
 void Graph::pass_on(Orientation orientation) {
   std::vector<Alert> conflicts = survey_.observe(orientation);
   std::ranges::move(conflicts, std::back_inserter(orientation.alerts));
+  orientation.dead_reckoned = survey_.dead_reckon(orientation);
   if (windows_skipped_ > 0) orientation.alerts.push_back(skipped(orientation, windows_skipped_));
   Settlement settlement;
   if (orientation.shot) {

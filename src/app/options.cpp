@@ -106,6 +106,14 @@ void describe_simulate(CLI::App& verb, Simulate& simulate) {
       ->capture_default_str();
 }
 
+void describe_check(CLI::App& verb, CheckCalibration& check) {
+  verb.add_option("FOLDER", check.folder, "survey folder, or a bare folder of images")->required();
+  verb.add_option("--calib", check.calibration, "camera file, over the folder's calib.yml")
+      ->type_name("FILE");
+  add_settings(verb, check.settings);
+  verb.footer("Exit status 0 when the calibration fits, 1 when it does not or cannot be checked.");
+}
+
 }  // namespace
 
 Command parse_command_line(int argc, const char* const* argv) {
@@ -113,6 +121,7 @@ Command parse_command_line(int argc, const char* const* argv) {
   Replay replay;
   Simulate simulate;
   Recover recover;
+  CheckCalibration check;
   DumpConfig dump;
   std::string rate = "max", address;
 
@@ -128,16 +137,19 @@ Command parse_command_line(int argc, const char* const* argv) {
   auto* recover_verb =
       app.add_subcommand("recover", "make the files of an interrupted dive from its journal");
   recover_verb->add_option("DIVE", recover.dive, "dive folder")->required();
+  auto* check_verb = app.add_subcommand("check-calibration",
+                                        "tell whether a calibration fits the images taken with it");
+  describe_check(*check_verb, check);
   std::string topic;
   auto* help_verb = app.add_subcommand("help", "explain a verb");
   help_verb->add_option("VERB", topic)
-      ->check(CLI::IsMember({"replay", "simulate", "recover", "help"}));
+      ->check(CLI::IsMember({"replay", "simulate", "recover", "check-calibration", "help"}));
   app.require_subcommand(0, 1);
 
   try {
     app.parse(argc, argv);
     if (!dump_config && app.get_subcommands().empty()) {
-      throw CLI::RequiredError("a verb: replay, simulate, recover or help");
+      throw CLI::RequiredError("a verb: replay, simulate, recover, check-calibration or help");
     }
     if (!dump_config && (dump.settings.file || !dump.settings.assignments.empty())) {
       throw CLI::ValidationError("--config and --set stand behind the verb");
@@ -153,6 +165,7 @@ Command parse_command_line(int argc, const char* const* argv) {
   }
   if (*simulate_verb) return simulate;
   if (*recover_verb) return recover;
+  if (*check_verb) return check;
   replay.rate = *parse_rate(rate);
   if (!address.empty()) replay.serve = parse_address(address);
   return replay;

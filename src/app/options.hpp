@@ -53,6 +53,12 @@ struct Recover {
   std::filesystem::path dive;
 };
 
+struct CheckCalibration {
+  std::filesystem::path folder;
+  std::optional<std::filesystem::path> calibration;
+  Settings settings;
+};
+
 struct DumpConfig {
   Settings settings;
 };
@@ -70,7 +76,7 @@ class UsageError : public std::runtime_error {
   using std::runtime_error::runtime_error;
 };
 
-using Command = std::variant<Answered, DumpConfig, Replay, Simulate, Recover>;
+using Command = std::variant<Answered, DumpConfig, Replay, Simulate, Recover, CheckCalibration>;
 
 /// Exit status 2 for a wrong command line, with what is wrong on standard error.
 Command parse_command_line(int argc, const char* const* argv);

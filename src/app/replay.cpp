@@ -8,6 +8,7 @@
 #include <opencv2/core/utility.hpp>
 
 #include "config_file.hpp"
+#include "configured.hpp"
 #include "graph.hpp"
 #include "interrupt.hpp"
 #include "nadir/capture/pose_files.hpp"
@@ -20,28 +21,6 @@ namespace nadir::app {
 namespace {
 
 using Clock = std::chrono::steady_clock;
-
-// What the file says, then the command line; each is told apart when it is wrong.
-Config configured(const Settings& settings, const std::optional<Address>& address = {}) {
-  Config config;
-  if (settings.file) {
-    read_config_file(*settings.file, config);
-    try {
-      config.check();
-    } catch (const InputError& error) {
-      throw InputError(settings.file->string() + ": " + error.what());
-    }
-  }
-  try {
-    for (const std::string& assignment : settings.assignments) read_assignment(assignment, config);
-    if (address && !address->host.empty()) config.serve.address = address->host;
-    if (address) config.serve.port = address->port;
-    config.check();
-  } catch (const InputError& error) {
-    throw UsageError(error.what());
-  }
-  return config;
-}
 
 // A page asked for under "every address" would be refused: it is nobody's name.
 std::string in_url(const std::string& address) {
@@ -92,7 +71,8 @@ nlohmann::json as_json(const std::vector<StageStats>& stages) {
                     {"dropped", stage.dropped},
                     {"rate_out_hz", stage.rate_out_hz},
                     {"last_ms", stage.last_ms},
-                    {"p95_ms", stage.p95_ms}});
+                    {"p95_ms", stage.p95_ms},
+                    {"cpu_s", stage.cpu_s}});
   }
   return json;
 }

@@ -11,6 +11,7 @@ inline int run(const Answered& answered) { return answered.status; }
 int run(const Replay& replay);
 int run(const Simulate& simulate);
 int run(const Recover& recover);
+int run(const CheckCalibration& check_calibration);
 int run(const DumpConfig& dump);
 
 }  // namespace nadir::app

@@ -50,6 +50,13 @@ TEST(Options, ReplayTakesPosesOfOneOtherProgram) {
   EXPECT_EQ(std::get<Replay>(parse({"replay", "s", "--out", "d", "--colmap", "m"})).colmap, "m");
 }
 
+TEST(Options, CheckCalibrationTakesAFolderAndACalibration) {
+  const Command command = parse({"check-calibration", "survey", "--calib", "c.yml"});
+  const auto& check = std::get<CheckCalibration>(command);
+  EXPECT_EQ(check.folder, "survey");
+  EXPECT_EQ(check.calibration, "c.yml");
+}
+
 TEST(Options, WrongCommandLinesExitWithTwo) {
   const std::vector<std::vector<const char*>> wrong = {
       {},
