@@ -78,7 +78,10 @@ TEST(Replay, StereoSurveyIsMappedInMetres) {
 }
 
 TEST(Replay, MonoSurveyIsMappedUnscaledAndSaysSo) {
-  const Dive dive = replay(reef(), "reef");
+  const fs::path without_depth = fresh_folder("without_depth");
+  fs::copy(reef(), without_depth, fs::copy_options::recursive);
+  fs::remove(without_depth / "depth.csv");
+  const Dive dive = replay(without_depth, "reef");
   ASSERT_EQ(dive.status, 0) << contents(dive.log);
   const auto json = dive_json(dive.folder);
   expect_counts_add_up(json);
@@ -370,6 +373,63 @@ TEST(Replay, KilledDiveIsMadeWholeByRecover) {
   EXPECT_GE(json["counts"]["oriented"], 3);
   EXPECT_TRUE(fs::exists(dive / "mosaic2d" / "mosaic-000.png"));
   EXPECT_LT(fit(dive / "trajectory.tum", pool() / "gt_poses_tum.txt", false).rmse, 0.02);
+}
+
+struct Verdict {
+  int status;
+  std::string text;
+};
+
+// Of the folder's own calibration with one text replaced by another.
+Verdict check_calibration(const fs::path& folder, const std::string& name,
+                          const std::string& from = "", const std::string& to = "") {
+  std::string calibration = contents(folder / "calib.yml");
+  if (!from.empty()) {
+    const auto at = calibration.find(from);
+    EXPECT_NE(at, std::string::npos) << calibration;
+    calibration.replace(at, from.size(), to);
+  }
+  const fs::path file = fresh_folder(name + ".yml"), log = fresh_folder(name + ".log");
+  std::ofstream(file) << calibration;
+  const int status = run("'" + kNadir + "' check-calibration '" + folder.string() + "' --calib '" +
+                             file.string() + "'",
+                         log);
+  return {status, contents(log)};
+}
+
+// The first number behind a key of the pool's calib.yml, as it is written there.
+std::string number_after(const std::string& key) {
+  const std::string calibration = contents(pool() / "calib.yml");
+  const auto begin = calibration.find('[', calibration.find(key)) + 1;
+  const auto end = calibration.find(',', begin);
+  return calibration.substr(begin, end - begin);
+}
+
+TEST(CheckCalibration, TrueOneFitsAndTellsItsResiduals) {
+  const Verdict verdict = check_calibration(pool(), "true");
+  EXPECT_EQ(verdict.status, 0) << verdict.text;
+  EXPECT_NE(verdict.text.find("12 of 12 images oriented"), std::string::npos) << verdict.text;
+  EXPECT_NE(verdict.text.find("the calibration fits these images"), std::string::npos);
+  for (const char* told : {"left camera", "right camera", "epipolar residuals", "focal length"}) {
+    EXPECT_NE(verdict.text.find(told), std::string::npos) << told;
+  }
+}
+
+TEST(CheckCalibration, BentLensIsDoubted) {
+  const std::string k1 = number_after("distortion_coefficients:");
+  const Verdict verdict = check_calibration(pool(), "bent", k1, " 0.0");
+  EXPECT_EQ(verdict.status, 1) << verdict.text;
+  EXPECT_NE(verdict.text.find("calibration_suspect: left camera: the distortion is off"),
+            std::string::npos)
+      << verdict.text;
+}
+
+TEST(CheckCalibration, AbsurdOneIsRefusedByName) {
+  const std::string fx = number_after("camera_matrix:");
+  const Verdict verdict = check_calibration(pool(), "absurd", fx, " 12572.0");
+  EXPECT_EQ(verdict.status, 1) << verdict.text;
+  EXPECT_NE(verdict.text.find("absurd"), std::string::npos) << verdict.text;  // the file's name
+  EXPECT_NE(verdict.text.find("focal length"), std::string::npos) << verdict.text;
 }
 
 }  // namespace

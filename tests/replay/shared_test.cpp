@@ -270,5 +270,43 @@ TEST(PoolTargets, LieWithinTwoCentimetresThroughTheWorldFiles) {
   std::cout << found << " sightings, at most " << 100 * worst << " cm off\n";
 }
 
+struct Verdict {
+  int status = 0;
+  std::string text;
+};
+
+Verdict check_calibration(const fs::path& survey, const fs::path& calibration) {
+  const fs::path log = fresh_folder("check.log");
+  const int status = run(std::string("'" NADIR_PROGRAM "' check-calibration '") + survey.string() +
+                             "' --calib '" + calibration.string() + "'",
+                         log);
+  return {status, contents(log)};
+}
+
+TEST(CheckCalibration, TrueOnesFitAndPoolWithoutK3IsDoubted) {
+  if (!fs::exists(kData)) {
+    std::cout << "not run: no data\n";
+    return;
+  }
+  for (const char* name : {"pool", "transect"}) {
+    const fs::path survey = kData / "rendered" / name;
+    const Verdict verdict = check_calibration(survey, survey / "calib.yml");
+    EXPECT_EQ(verdict.status, 0) << verdict.text;
+  }
+  std::string calibration = contents(kData / "rendered/pool/calib.yml");
+  for (const char* k3 : {"-1.4999999999999999e-02", "-1.9000000000000000e-02"}) {
+    const auto at = calibration.find(k3);
+    ASSERT_NE(at, std::string::npos) << k3;
+    calibration.replace(at, std::string(k3).size(), "0.");
+  }
+  const fs::path without_k3 = fresh_folder("without_k3.yml");
+  std::ofstream(without_k3) << calibration;
+  const Verdict verdict = check_calibration(kData / "rendered/pool", without_k3);
+  EXPECT_EQ(verdict.status, 1) << verdict.text;
+  EXPECT_NE(verdict.text.find("left camera: the distortion is off"), std::string::npos)
+      << verdict.text;
+  EXPECT_NE(verdict.text.find("right camera: the distortion is off"), std::string::npos);
+}
+
 }  // namespace
 }  // namespace nadir
