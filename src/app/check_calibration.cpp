@@ -34,7 +34,11 @@ Oriented orient(capture::FolderSource& source, const odometry::Config& config) {
   std::map<std::uint64_t, bool> oriented;
   const auto take = [&](Orientation orientation) {
     for (const ImagePose& pose : orientation.poses) oriented[pose.image] = true;
-    for (auto& key_frame : orientation.settled) found.key_frames.push_back(std::move(key_frame));
+    for (auto& key_frame : orientation.settled) {
+      if (found.key_frames.size() < odometry::kMostKeyFramesFitted) {
+        found.key_frames.push_back(std::move(key_frame));
+      }
+    }
     for (Alert& alert : orientation.alerts) {
       if (alert.kind == AlertKind::calibration_suspect)
         found.suspicions.emplace(alert.message, alert);
@@ -85,7 +89,8 @@ void print(const Alert& alert) {
 }  // namespace
 
 int run(const CheckCalibration& verb) {
-  const Config config = configured(verb.settings);
+  Config config = configured(verb.settings);
+  if (!config.reference.attitude) config.odometry.attitude_sigma_deg = 0;
   cv::setNumThreads(1);
   capture::FolderSource source(verb.folder, verb.calibration, config.capture);
   const Oriented found = orient(source, config.odometry);

@@ -27,8 +27,9 @@ void Config::check() const {
           "more than 0, less than 0.5 of the shorter side");
   require(min_parallax_deg > 0.1 && min_parallax_deg < 20, "min_parallax_deg", min_parallax_deg,
           "0.1 to 20 degrees");
-  require(attitude_sigma_deg >= 0 && attitude_sigma_deg <= 45, "attitude_sigma_deg",
-          attitude_sigma_deg, "0 to 45 degrees; 0 leaves the AHRS out");
+  require(attitude_sigma_deg == 0 || (attitude_sigma_deg >= 0.01 && attitude_sigma_deg <= 45),
+          "attitude_sigma_deg", attitude_sigma_deg,
+          "0.01 to 45 degrees, or 0 to leave the AHRS out");
   require(relocalise_key_frames >= 1 && relocalise_key_frames <= 100, "relocalise_key_frames",
           relocalise_key_frames, "1 to 100");
   require(weak_tie_points >= 0, "weak_tie_points", weak_tie_points, "0 or more");

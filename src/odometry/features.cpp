@@ -115,7 +115,8 @@ Features detect_features(const cv::Mat& grey, const CameraModel& camera, int wan
 Features describe_blobs(const cv::Mat& grey, const CameraModel& camera) {
   constexpr int kBlobs = 700;
   const cv::Mat picture = small_picture(grey);
-  const double scale = static_cast<double>(camera.width) / picture.cols;
+  const double x_scale = static_cast<double>(camera.width) / picture.cols;
+  const double y_scale = static_cast<double>(camera.height) / picture.rows;
   std::vector<cv::KeyPoint> blobs;
   cv::Mat descriptors;
   cv::SIFT::create(kBlobs, 3, 0.01, 10, 1.6, CV_8U)
@@ -128,7 +129,7 @@ Features describe_blobs(const cv::Mat& grey, const CameraModel& camera) {
                            [&](int i) { return blobs[static_cast<std::size_t>(i)].response; });
   for (const int i : order) {
     const auto& at = blobs[static_cast<std::size_t>(i)].pt;
-    const Eigen::Vector2d pixel((at.x + 0.5) * scale - 0.5, (at.y + 0.5) * scale - 0.5);
+    const Eigen::Vector2d pixel((at.x + 0.5) * x_scale - 0.5, (at.y + 0.5) * y_scale - 0.5);
     const auto ray = camera.unproject(pixel);
     if (!ray) continue;
     features.pixels.push_back(pixel);

@@ -23,7 +23,8 @@ void count(Health& health, const Resection& resection, const CameraModel& camera
     const std::size_t bottom = s.pixel.y() > 0.5 * camera.height ? 2 : 0;
     ++health.by_quadrant[bottom + right];
   }
-  if (static_cast<int>(resection.seen.size()) < config.weak_tie_points) {
+  // Nothing was expected of the first image whose pose was given.
+  if (resection.expected > 0 && static_cast<int>(resection.seen.size()) < config.weak_tie_points) {
     health.add(Weakness::few_tie_points);
   }
   if (resection.rms_px > config.weak_rms_px) health.add(Weakness::large_residuals);

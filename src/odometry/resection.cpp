@@ -253,7 +253,7 @@ LossReason reason_without_matches(const View& view) {
 }
 
 ResectionResult resect(const Map& map, const View& view, std::optional<Rigid3> predicted,
-                       std::span<const int> references, const Config& config) {
+                       std::span<const int> references, const Config& config, Effort effort) {
   ResectionResult result;
   if (is_blank(view)) {
     result.reason = LossReason::blank_image;
@@ -274,7 +274,7 @@ ResectionResult resect(const Map& map, const View& view, std::optional<Rigid3> p
       if (attempt(rough)) return result;
     }
   }
-  if (const KeyFrame& last = map.last(); last.view) {
+  if (const KeyFrame& last = map.last(); effort == Effort::thorough && last.view) {
     const Features of_last = describe_blobs(last.view->frame->grey, view.camera());
     const Features of_view = describe_blobs(view.frame->grey, view.camera());
     for (Rough rough : by_relative_orientation(map, last, of_last, of_view, view.camera())) {

@@ -32,8 +32,11 @@ struct ResectionResult {
 
 /// `predicted`: where the camera may be, if anything is known. `references`: key frames whose
 /// descriptors are tried, most likely first.
+/// Effort::thorough: by blobs when corners fail, which takes as long as some images.
+enum class Effort { quick, thorough };
 ResectionResult resect(const Map& map, const View& view, std::optional<Rigid3> predicted,
-                       std::span<const int> references, const Config& config);
+                       std::span<const int> references, const Config& config,
+                       Effort effort = Effort::quick);
 
 /// An image in which nothing can be measured.
 bool is_blank(const View& view);

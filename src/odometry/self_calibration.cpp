@@ -28,7 +28,6 @@ using PoseManifold =
 using DistantPoseManifold =
     ceres::ProductManifold<ceres::EigenQuaternionManifold, ceres::SphereManifold<3>>;
 
-constexpr std::size_t kMostKeyFrames = 100;
 constexpr std::size_t kFewestKeyFrames = 5;
 constexpr std::size_t kFewestTiePoints = 50;
 constexpr double kRobust_px = 0.5;
@@ -239,7 +238,7 @@ Bundle::Bundle(const std::vector<std::shared_ptr<const SettledKeyFrame>>& key_fr
   std::unordered_map<std::uint64_t, std::size_t> index_of;
   std::map<std::uint32_t, Rigid3> survey_from_map;
   for (const auto& key_frame : key_frames) {
-    if (poses_.size() == kMostKeyFrames) break;
+    if (poses_.size() == kMostKeyFramesFitted) break;
     const std::size_t image = poses_.size();
     const ImagePose& pose = key_frame->pose;
     given_poses_.push_back(pose);
@@ -290,6 +289,7 @@ void Bundle::add_observations() {
   auto* loss = new ceres::CauchyLoss(kRobust_px);  // the problem's, as all that is new here
   for (const Observation& o : observations_) {
     double* point = points_[o.point].data();
+    if (!((to_rigid(poses_[o.image]) * points_[o.point]).z() > 1e-3)) continue;
     problem_->AddResidualBlock(
         new ceres::AutoDiffCostFunction<SeenLeft, 2, 7, 3, 9>(new SeenLeft{rig_.left, o.left}),
         loss, poses_[o.image].data(), point, left_.data());
@@ -472,15 +472,19 @@ Estimate distortion_of(const CameraModel& given, const CameraModel& refined,
       moved, {}, [](const Vector2d& displacement) { return displacement.norm(); });
   const auto place = static_cast<std::size_t>(farthest - moved.begin());
   Estimate estimate{farthest->norm(), 0};
-  const MatrixXd root = covariance.llt().matrixL();
+  // In small steps: the whole sigma of a lens hardly known leaves its valid field.
+  constexpr double kStep = 1e-3;
+  const Eigen::LLT<MatrixXd> factors(covariance);
+  if (factors.info() != Eigen::Success) return {estimate.value, INFINITY};
+  const MatrixXd root = kStep * MatrixXd(factors.matrixL());
   for (Eigen::Index k = 0; k < root.cols(); ++k) {
     Lens other = to_parameters(refined);
     for (std::size_t i = 0; i < other.size(); ++i) {
       other[i] += root(static_cast<Eigen::Index>(i), k);
     }
     const std::vector<Vector2d> changed = displacements(given, with(refined, other));
-    if (changed.size() != moved.size()) continue;
-    estimate.sigma += (changed[place] - *farthest).squaredNorm();
+    if (changed.size() != moved.size()) return {estimate.value, INFINITY};
+    estimate.sigma += ((changed[place] - *farthest) / kStep).squaredNorm();
   }
   estimate.sigma = std::sqrt(estimate.sigma);
   return estimate;

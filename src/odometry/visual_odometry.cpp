@@ -79,7 +79,7 @@ struct VisualOdometry::State {
   void orient_waiting(Orientation& out);
   void publish_window(const AdjustmentSummary& summary, int images, Orientation& out);
   ResectionResult resect_here(const View& view, const std::optional<Rigid3>& predicted,
-                              int key_frames);
+                              int key_frames, Effort effort);
 };
 
 void VisualOdometry::State::process(const std::shared_ptr<const View>& view, Orientation& out) {
@@ -95,7 +95,7 @@ void VisualOdometry::State::process(const std::shared_ptr<const View>& view, Ori
 }
 
 void VisualOdometry::State::follow(const std::shared_ptr<const View>& view, Orientation& out) {
-  const auto result = resect_here(*view, predict(track, view->frame->time), 3);
+  const auto result = resect_here(*view, predict(track, view->frame->time), 3, Effort::thorough);
   if (!result.resection) return lose(view, result.reason, out);
   accept(view, *result.resection, out);
 }
@@ -119,7 +119,8 @@ void VisualOdometry::State::recover(const std::shared_ptr<const View>& view, Ori
     return;
   }
   if (map) {
-    const auto result = resect_here(*view, std::nullopt, config.relocalise_key_frames);
+    const auto result =
+        resect_here(*view, std::nullopt, config.relocalise_key_frames, Effort::thorough);
     if (result.resection) {
       tracking = TrackingState::tracking;
       out.alerts.push_back({view->frame->time, view->frame->image, AlertKind::tracking_recovered,
@@ -219,7 +220,8 @@ bool VisualOdometry::State::start(Orientation& out) {
 
 void VisualOdometry::State::orient_waiting(Orientation& out) {
   for (const auto& view : waiting) {
-    const auto result = resect_here(*view, std::nullopt, config.relocalise_key_frames);
+    const auto result =
+        resect_here(*view, std::nullopt, config.relocalise_key_frames, Effort::quick);
     if (!result.resection) {
       out.lost.push_back(view->frame->image);
       continue;
@@ -308,11 +310,11 @@ void VisualOdometry::State::publish_window(const AdjustmentSummary& summary, int
 
 ResectionResult VisualOdometry::State::resect_here(const View& view,
                                                    const std::optional<Rigid3>& predicted,
-                                                   int key_frames) {
+                                                   int key_frames, Effort effort) {
   std::vector<int> references;
   const int last = static_cast<int>(map->key_frames.size()) - 1;
   for (int k = last; k >= 0 && k > last - key_frames; --k) references.push_back(k);
-  return resect(*map, view, predicted, references, config);
+  return resect(*map, view, predicted, references, config, effort);
 }
 
 VisualOdometry::VisualOdometry(Config config, Placement placement)

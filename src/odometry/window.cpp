@@ -52,19 +52,13 @@ void estimate_sigmas(const Adjustment& a, const std::vector<int>& key_frames, Ma
   }
 }
 
-// Roll and pitch of the free key frames. The survey's own vertical, once it is the AHRS's, is that
-// of its first images.
+// Roll and pitch of the key frames, the held ones too: of the map's own vertical, which may be its
+// seabed's and not the AHRS's, only the differences count.
 void add_verticals(const Map& map, const std::vector<int>& key_frames, const Config& config,
                    Adjustment& a) {
-  if (map.axes == SurveyAxes::attitude) {
-    a.up_in_map = Eigen::Vector3d::UnitZ();
-  } else if (map.axes != SurveyAxes::none) {
-    return;
-  }
   for (std::size_t i = 0; i < key_frames.size(); ++i) {
     const auto& up = map.key_frame(key_frames[i]).up_in_camera;
-    // Free is the map's vertical before it is placed: its first image tells it too.
-    if (!up || (a.images[i].fixed && a.up_in_map)) continue;
+    if (!up) continue;
     a.verticals.push_back({static_cast<int>(i), *up, config.attitude_sigma_deg * M_PI / 180});
   }
 }

@@ -23,6 +23,15 @@ constexpr double kUsefulSigma = 0.05;
 // Neighbours in time are alike (relief, waves): so many count as one.
 constexpr double kAlike = 5;
 
+// A long dive's newest say it as well.
+constexpr std::size_t kRemembered = 4096;
+
+template <class T>
+void remember(std::vector<T>& values, const T& value) {
+  if (values.size() == kRemembered) values.erase(values.begin());
+  values.push_back(value);
+}
+
 double independent(std::size_t values) {
   return std::max(1.0, static_cast<double>(values) / kAlike);
 }
@@ -49,11 +58,11 @@ void SensorScale::observe(const Orientation& orientation) {
   if (pose == orientation.poses.end() || pose->submap != ground_->submap) return;
   if (frame->altitude && *frame->altitude > 0) {
     if (const auto distance = along_beam(*pose, *frame)) {
-      altitudes_[pose->submap].push_back({*frame->altitude + altimeter_below_camera_, *distance});
+      remember(altitudes_[pose->submap], {*frame->altitude + altimeter_below_camera_, *distance});
     }
   }
   if (frame->depth && ground_->axes == SurveyAxes::attitude) {
-    depths_[pose->submap].push_back({*frame->depth, pose->survey_from_camera.translation.z()});
+    remember(depths_[pose->submap], {*frame->depth, pose->survey_from_camera.translation.z()});
   }
 }
 

@@ -82,6 +82,11 @@ Quaterniond axes_of(const Vector3d& up, const Quaterniond& map_from_camera) {
   return Quaterniond(rotation);
 }
 
+// By a pair of cameras or by another program's poses: nothing measured afterwards changes it.
+bool is_given(ScaleSource source) {
+  return source == ScaleSource::stereo || source == ScaleSource::poses;
+}
+
 // Two dots may be mistaken in a few images.
 bool is_settled(ScaleSource source, const ScaleMeasure& measure) {
   constexpr std::uint32_t kEnough = 5;
@@ -92,6 +97,8 @@ std::string witness(ScaleSource source) {
   switch (source) {
     case ScaleSource::stereo:
       return "the pair of cameras";
+    case ScaleSource::poses:
+      return "the given poses";
     case ScaleSource::laser:
       return "the lasers";
     case ScaleSource::typed:
@@ -109,6 +116,8 @@ std::string to_check(ScaleSource source) {
   switch (source) {
     case ScaleSource::stereo:
       return "the baseline in the calibration";
+    case ScaleSource::poses:
+      return "the given poses";
     case ScaleSource::laser:
       return "separation_m in lasers.yml";
     case ScaleSource::typed:
@@ -297,6 +306,8 @@ std::optional<DeadReckoned> SurveyFrame::dead_reckon(const Orientation& orientat
 std::vector<Alert> SurveyFrame::observe(const Orientation& orientation) {
   if (orientation.window) {
     viewing_distance_ = viewing_distance(*orientation.window).value_or(viewing_distance_);
+    const Scale& scale = orientation.window->scale;
+    if (is_given(scale.source)) told_[orientation.window->submap] = scale;
   }
   for (const ImagePose& pose : orientation.poses) {
     if (last_ && pose.image <= last_->pose.image) continue;
@@ -324,8 +335,8 @@ std::vector<SurveyFrame::Claim> SurveyFrame::claims(std::uint32_t submap) const 
     if (measure) all.push_back({source, *measure});
   };
   const auto told = told_.find(submap);
-  if (told != told_.end() && told->second.source == ScaleSource::stereo) {
-    add(ScaleSource::stereo, ScaleMeasure{1, told->second.sigma, 1});
+  if (told != told_.end() && is_given(told->second.source)) {
+    add(told->second.source, ScaleMeasure{1, told->second.sigma, 1});
   }
   if (typed_) add(ScaleSource::typed, typed_->estimate(submap));
   if (lasers_) add(ScaleSource::laser, lasers_->estimate(submap));
@@ -334,11 +345,11 @@ std::vector<SurveyFrame::Claim> SurveyFrame::claims(std::uint32_t submap) const 
   return all;
 }
 
-// Of those that measure the map as it is; a pair's is part of it.
+// Of those that measure the map as it is; a given scale is part of it.
 std::optional<SurveyFrame::Claim> SurveyFrame::best_claim(std::uint32_t submap) const {
   std::optional<Claim> best;
   for (const Claim& claim : claims(submap)) {
-    if (claim.source == ScaleSource::stereo) continue;
+    if (is_given(claim.source)) continue;
     if (!best || claim.measure.sigma < best->measure.sigma) best = claim;
   }
   return best;
@@ -356,7 +367,7 @@ std::vector<Alert> SurveyFrame::conflicts(const Orientation& orientation) {
     add("the known length gives no scale: " + typed_->fault(),
         "correct reference.known_length: the image's number counts from 0");
   }
-  if (!orientation.window) return alerts;
+  if (!orientation.window || !told_.contains(orientation.submap)) return alerts;
   const std::vector<Claim> all = claims(orientation.submap);
   for (std::size_t i = 0; i < all.size(); ++i) {
     for (std::size_t k = i + 1; k < all.size(); ++k) {
@@ -364,13 +375,14 @@ std::vector<Alert> SurveyFrame::conflicts(const Orientation& orientation) {
       const Claim &one = all[i], &other = all[k];
       if (!in_conflict_.insert({orientation.submap, one.source, other.source}).second) continue;
       const double excess = other.measure.ratio / one.measure.ratio - 1;
-      const bool keeps_one =
-          one.source == ScaleSource::stereo || one.measure.sigma < other.measure.sigma;
+      const ScaleSource told = told_.at(orientation.submap).source;
+      const ScaleSource better =
+          one.measure.sigma < other.measure.sigma ? one.source : other.source;
       add("by " + witness(other.source) + " the map is " +
               std::to_string(std::lround(100 * std::abs(excess))) + " % " +
               (excess > 0 ? "larger" : "smaller") + " than by " + witness(one.source),
           "check " + to_check(one.source) + " and " + to_check(other.source) +
-              "; the map keeps to " + witness(keeps_one ? one.source : other.source));
+              "; the map keeps to " + witness(told == ScaleSource::none ? better : told));
     }
   }
   return alerts;
@@ -392,7 +404,7 @@ std::vector<ScaleEstimate> SurveyFrame::improved_scales(const Orientation& orien
   const bool last = !orientation.shot;
   if (!last && !orientation.window) return improved;
   for (auto& [submap, told] : told_) {
-    if (told.source == ScaleSource::stereo) continue;
+    if (is_given(told.source)) continue;
     if (!last && submap != orientation.submap) continue;
     const auto claim = best_claim(submap);
     if (!claim) continue;

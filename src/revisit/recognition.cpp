@@ -80,6 +80,7 @@ void join(Maps& maps, const Link& link, const Config& config, Time time, Revisio
   for (auto& [submap, map] : maps.map_of) {
     if (map == gone) map = kept;
   }
+  if (maps.dim.erase(gone) > 0) maps.dim.insert(kept);
   maps.links.push_back(link);
   const auto proven = [&](const Link& other) {
     return maps.map_at(other.first) == maps.map_at(other.second);
@@ -122,6 +123,7 @@ bool try_join(Maps& maps, const Link& link, const Config& config, Time time, Rev
 // Slow, so that the key frames of other maps take turns.
 void look_abroad_by_blobs(Maps& maps, int newest, const Config& config, Time time, Revision& out) {
   constexpr std::size_t kAtOnce = 4;
+  if (newest % 2 != 0) return;    // its neighbours see nearly the same
   constexpr int kMinCommon = 12;  // of the strongest blobs
   const std::vector<int> order = others(maps, newest, false);
   for (std::size_t turn = 0; turn < std::min(kAtOnce, order.size()); ++turn) {
@@ -132,8 +134,10 @@ void look_abroad_by_blobs(Maps& maps, int newest, const Config& config, Time tim
     }
     const auto found = link_by_blobs(maps.nodes, i, newest);
     if (!found || !is_upright(*found, maps, config)) continue;
-    maps.dim.insert(std::min(maps.map_at(i), maps.map_at(newest)));
-    if (try_join(maps, *found, config, time, out)) return;
+    const std::uint32_t kept = std::min(maps.map_at(i), maps.map_at(newest));
+    if (!try_join(maps, *found, config, time, out)) continue;
+    maps.dim.insert(kept);
+    return;
   }
 }
 

@@ -128,7 +128,7 @@ std::set<std::uint32_t> Revisit::State::moving() const {
 // Every map as large as the measured scales of its sub-maps say, about the survey's origin.
 void Revisit::State::resize(Revision& out) {
   struct Sum {
-    double log_factor = 0, weight = 0;
+    double log_factor = 0, weight = 0, largest = 0;
     ScaleSource source = ScaleSource::none;
   };
   std::map<std::uint32_t, Sum> sums;  // by map
@@ -145,7 +145,8 @@ void Revisit::State::resize(Revision& out) {
     const double weight = 1 / (estimate.scale.sigma * estimate.scale.sigma);
     sum.log_factor += weight * (std::log(estimate.ratio) - logs / count);
     sum.weight += weight;
-    sum.source = estimate.scale.source;
+    if (weight > sum.largest) sum.source = estimate.scale.source;
+    sum.largest = std::max(sum.largest, weight);
   }
   for (const auto& [map, sum] : sums) {
     if (maps.is_metric(maps.members(map))) continue;  // a pair knows better
@@ -196,6 +197,7 @@ Revision Revisit::process(const Settlement& settlement) {
   for (const auto& key_frame : settlement.key_frames) {
     resize = resize || s.is_first_of_measured(*key_frame);
     s.maps.add(*key_frame);
+    if (!s.config.enabled) s.maps.nodes.back().picture = {};
     ++s.since_adjusted;
     s.look(static_cast<int>(s.maps.nodes.size()) - 1, out);
   }

@@ -99,7 +99,7 @@ struct Health {
   double rms_px = 0;
   double sharpness = 0;         ///< variance of the Laplacian, grey levels squared
   double exposure = 0;          ///< mean grey level, 0 to 255
-  std::uint8_t weaknesses = 0;  ///< bit by bit; of images without a pose, of the picture alone
+  std::uint8_t weaknesses = 0;  ///< bit by bit; of images not tracked, of the picture alone
 
   void add(Weakness weakness) {
     weaknesses = static_cast<std::uint8_t>(weaknesses | 1U << static_cast<unsigned>(weakness));

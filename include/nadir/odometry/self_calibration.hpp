@@ -43,7 +43,10 @@ struct CalibrationFit {
   std::optional<PairFit> pair;
 };
 
-/// Key frames of one rig, in order, of any number of sub-maps; at most the first 100 are used.
+constexpr std::size_t kMostKeyFramesFitted = 100;
+
+/// Key frames of one rig, in order, of any number of sub-maps; at most the first
+/// kMostKeyFramesFitted are used.
 /// None when they are too few or hold too little (50 tie points each on average).
 std::optional<CalibrationFit> fit_calibration(
     const std::vector<std::shared_ptr<const SettledKeyFrame>>& key_frames);
