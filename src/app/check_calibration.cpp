@@ -3,6 +3,7 @@
 #include <cstdio>
 #include <map>
 #include <opencv2/core/utility.hpp>
+#include <set>
 
 #include "configured.hpp"
 #include "nadir/capture/folder_source.hpp"
@@ -31,9 +32,9 @@ SubmapPlacement place(const Window&, const std::vector<std::shared_ptr<const Fra
 Oriented orient(capture::FolderSource& source, const odometry::Config& config) {
   Oriented found;
   odometry::VisualOdometry odometry(config, place);
-  std::map<std::uint64_t, bool> oriented;
+  std::set<std::uint64_t> oriented;
   const auto take = [&](Orientation orientation) {
-    for (const ImagePose& pose : orientation.poses) oriented[pose.image] = true;
+    for (const ImagePose& pose : orientation.poses) oriented.insert(pose.image);
     for (auto& key_frame : orientation.settled) {
       if (found.key_frames.size() < odometry::kMostKeyFramesFitted) {
         found.key_frames.push_back(std::move(key_frame));

@@ -88,6 +88,16 @@ cv::Mat equalised(const cv::Mat& grey, int divisor) {
   return result;
 }
 
+// Where the lens has no ray there is no feature.
+void add(const Eigen::Vector2d& pixel, const cv::Mat& descriptor, const CameraModel& camera,
+         Features& features) {
+  const auto ray = camera.unproject(pixel);
+  if (!ray) return;
+  features.pixels.push_back(pixel);
+  features.rays.push_back(*ray);
+  features.descriptors.push_back(descriptor);
+}
+
 }  // namespace
 
 Features detect_features(const cv::Mat& grey, const CameraModel& camera, int wanted,
@@ -103,11 +113,7 @@ Features detect_features(const cv::Mat& grey, const CameraModel& camera, int wan
   for (int i = 0; i < static_cast<int>(corners.size()); ++i) {
     const auto& at = corners[static_cast<std::size_t>(i)].pt;
     const Eigen::Vector2d pixel((at.x + 0.5) * divisor - 0.5, (at.y + 0.5) * divisor - 0.5);
-    const auto ray = camera.unproject(pixel);
-    if (!ray) continue;
-    features.pixels.push_back(pixel);
-    features.rays.push_back(*ray);
-    features.descriptors.push_back(descriptors.row(i));
+    add(pixel, descriptors.row(i), camera, features);
   }
   return features;
 }
@@ -130,11 +136,7 @@ Features describe_blobs(const cv::Mat& grey, const CameraModel& camera) {
   for (const int i : order) {
     const auto& at = blobs[static_cast<std::size_t>(i)].pt;
     const Eigen::Vector2d pixel((at.x + 0.5) * x_scale - 0.5, (at.y + 0.5) * y_scale - 0.5);
-    const auto ray = camera.unproject(pixel);
-    if (!ray) continue;
-    features.pixels.push_back(pixel);
-    features.rays.push_back(*ray);
-    features.descriptors.push_back(descriptors.row(i));
+    add(pixel, descriptors.row(i), camera, features);
   }
   return features;
 }

@@ -278,10 +278,10 @@ Eigen::Vector3d SurveyFrame::reckoned_position(const Frame& frame) const {
 Eigen::Quaterniond SurveyFrame::reckoned_rotation(const Frame& frame) const {
   const Quaterniond& last = last_->pose.survey_from_camera.rotation;
   if (!config_.attitude || !frame.attitude || !last_->attitude) return last;
-  const auto enu_from_camera = [&](const Attitude& attitude) {
+  const auto ned_from_camera = [&](const Attitude& attitude) {
     return attitude.ned_from_body() * frame.rig->body_from_camera;
   };
-  return (last * enu_from_camera(*last_->attitude).conjugate() * enu_from_camera(*frame.attitude))
+  return (last * ned_from_camera(*last_->attitude).conjugate() * ned_from_camera(*frame.attitude))
       .normalized();
 }
 
