@@ -22,7 +22,7 @@ constexpr double kSure = 5;  // sigma
 bool is_sure(double difference, double sigma) { return std::abs(difference) > kSure * sigma; }
 
 void doubt_lens(const LensFit& lens, const std::string& camera, std::vector<Alert>& out) {
-  const auto add = [&](std::string message, std::string remedy) {
+  const auto add = [&](const std::string& message, std::string remedy) {
     out.push_back({0, std::nullopt, AlertKind::calibration_suspect, camera + ": " + message,
                    std::move(remedy)});
   };
