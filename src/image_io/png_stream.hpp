@@ -26,7 +26,7 @@ class PngStream {
   [[nodiscard]] bool finish();
 
  private:
-  void deflate(std::span<const std::uint8_t> filtered, bool last);
+  void deflate(std::span<const std::uint8_t> filtered, std::uint16_t flush, bool last = false);
   void send_pixels();
   void send(std::span<const std::uint8_t> piece);
 
