@@ -228,6 +228,7 @@ class Bundle {
 
   PoseManifold pose_manifold_;
   DistantPoseManifold distant_manifold_;
+  ceres::CauchyLoss loss_{kRobust_px};
   std::unique_ptr<ceres::Problem> problem_;
 };
 
@@ -284,18 +285,17 @@ CameraRig Bundle::refined() const {
 }
 
 void Bundle::add_observations() {
-  auto* loss = new ceres::CauchyLoss(kRobust_px);  // the problem's, as all that is new here
   for (const Observation& o : observations_) {
     double* point = points_[o.point].data();
     if (!((to_rigid(poses_[o.image]) * points_[o.point]).z() > 1e-3)) continue;
     problem_->AddResidualBlock(
         new ceres::AutoDiffCostFunction<SeenLeft, 2, 7, 3, 9>(new SeenLeft{rig_.left, o.left}),
-        loss, poses_[o.image].data(), point, left_.data());
+        &loss_, poses_[o.image].data(), point, left_.data());
     if (!o.right) continue;
     problem_->AddResidualBlock(
         new ceres::AutoDiffCostFunction<SeenRight, 2, 7, 3, 9, 7, 1>(new SeenRight{
             rig_.right->camera, *o.right, motion_[o.image].value_or(Twist::Zero().eval())}),
-        loss, poses_[o.image].data(), point, right_.data(), right_from_left_.data(), &delay_);
+        &loss_, poses_[o.image].data(), point, right_.data(), right_from_left_.data(), &delay_);
   }
 }
 
@@ -323,6 +323,7 @@ void Bundle::hold_frames() {
 bool Bundle::solve(bool free_calibration) {
   ceres::Problem::Options ownership;
   ownership.manifold_ownership = ceres::DO_NOT_TAKE_OWNERSHIP;
+  ownership.loss_function_ownership = ceres::DO_NOT_TAKE_OWNERSHIP;
   problem_ = std::make_unique<ceres::Problem>(ownership);
   add_observations();
   hold_frames();
