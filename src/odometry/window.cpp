@@ -18,6 +18,7 @@ constexpr double kOutlier_px = 2.0;
 std::shared_ptr<const SettledKeyFrame> settled(Map& map, KeyFrame& key_frame, int index) {
   auto result = std::make_shared<SettledKeyFrame>();
   result->pose = pose_of(map, key_frame);
+  result->axes = map.axes;
   result->rig = map.rig;
   result->features = std::exchange(key_frame.features, {});
   result->picture = std::exchange(key_frame.picture, {});

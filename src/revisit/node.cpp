@@ -52,6 +52,7 @@ Node::Node(const SettledKeyFrame& key_frame)
       corrected_from_camera{1, live},
       metric(std::ranges::any_of(key_frame.observations,
                                  [](const auto& o) { return o.right_ray.has_value(); })),
+      upright(key_frame.axes == SurveyAxes::attitude || key_frame.axes == SurveyAxes::poses),
       features(key_frame.features),
       picture(key_frame.picture),
       observations(key_frame.observations),

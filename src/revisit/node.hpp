@@ -21,6 +21,7 @@ struct Node {
   Rigid3 live;                        ///< survey_from_camera as odometry left it
   Similarity3 corrected_from_camera;  ///< lengths in the camera frame are odometry's
   bool metric = false;                ///< of a stereo pair: its lengths are right
+  bool upright = false;               ///< its vertical is measured, not guessed from the ground
   Features features;                  ///< corners
   std::vector<std::uint8_t> picture;  ///< grey JPEG, reduced
   std::optional<Features> blobs;      ///< of the picture, once they were wanted

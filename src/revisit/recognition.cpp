@@ -51,8 +51,11 @@ std::vector<int> others(const Maps& maps, int newest, bool same_map) {
   return order;
 }
 
-// The ground does not tilt between two visits.
+// The ground does not tilt between two visits. But where a vertical was guessed from the plane of
+// the first ground, a wreck's side say, maps may lie against each other in any way.
 bool is_upright(const Link& link, const Maps& maps, const Config& config) {
+  const bool measured = maps.node(link.first).upright && maps.node(link.second).upright;
+  if (!measured && maps.map_at(link.first) != maps.map_at(link.second)) return true;
   const Similarity3 placed = first_from_second(link, maps.nodes);
   const double tilt = std::acos(
       std::clamp((placed.rigid.rotation * Vector3d::UnitZ()).dot(Vector3d::UnitZ()), -1.0, 1.0));
@@ -120,24 +123,47 @@ bool try_join(Maps& maps, const Link& link, const Config& config, Time time, Rev
   return true;
 }
 
+constexpr int kMinCommon = 12;  // of the strongest blobs, to be tried
+
+int common_blobs(Maps& maps, int first, int second) {
+  return odometry::likeness(maps.node(second).find_blobs(), maps.node(first).find_blobs());
+}
+
+bool join_by_blobs(Maps& maps, int first, int second, const Config& config, Time time,
+                   Revision& out) {
+  const auto found = link_by_blobs(maps.nodes, first, second);
+  if (!found || !is_upright(*found, maps, config)) return false;
+  const std::uint32_t kept = std::min(maps.map_at(first), maps.map_at(second));
+  if (!try_join(maps, *found, config, time, out)) return false;
+  maps.dim.insert(kept);
+  return true;
+}
+
 // Slow, so that the key frames of other maps take turns.
 void look_abroad_by_blobs(Maps& maps, int newest, const Config& config, Time time, Revision& out) {
   constexpr std::size_t kAtOnce = 4;
-  if (newest % 2 != 0) return;    // its neighbours see nearly the same
-  constexpr int kMinCommon = 12;  // of the strongest blobs
+  if (newest % 2 != 0) return;  // its neighbours see nearly the same
   const std::vector<int> order = others(maps, newest, false);
   for (std::size_t turn = 0; turn < std::min(kAtOnce, order.size()); ++turn) {
     const int i = order[maps.next_abroad++ % order.size()];
-    if (odometry::likeness(maps.node(newest).find_blobs(), maps.node(i).find_blobs()) <
-        kMinCommon) {
-      continue;
+    if (common_blobs(maps, i, newest) < kMinCommon) continue;
+    if (join_by_blobs(maps, i, newest, config, time, out)) return;
+  }
+}
+
+// Pairs of key frames of different maps, of at most so many: every n-th key frame, as neighbours
+// see nearly the same.
+std::vector<std::pair<int, int>> pairs_abroad(const Maps& maps, std::size_t most) {
+  std::vector<std::pair<int, int>> pairs;
+  const int count = static_cast<int>(maps.nodes.size());
+  for (int stride = 1;; ++stride) {
+    pairs.clear();
+    for (int second = 0; second < count; second += stride) {
+      for (int first = 0; first < second; first += stride) {
+        if (maps.map_at(first) != maps.map_at(second)) pairs.emplace_back(first, second);
+      }
     }
-    const auto found = link_by_blobs(maps.nodes, i, newest);
-    if (!found || !is_upright(*found, maps, config)) continue;
-    const std::uint32_t kept = std::min(maps.map_at(i), maps.map_at(newest));
-    if (!try_join(maps, *found, config, time, out)) continue;
-    maps.dim.insert(kept);
-    return;
+    if (pairs.size() <= most) return pairs;
   }
 }
 
@@ -188,6 +214,33 @@ void look_abroad(Maps& maps, int newest, const Config& config, Time time, Revisi
       return;
   }
   look_abroad_by_blobs(maps, newest, config, time, out);
+}
+
+// The live search took turns; now there is time for all over.
+void look_all_over(Maps& maps, const Config& config, Time time, Revision& out) {
+  constexpr std::size_t kMostCompared = 600, kMostTried = 30;
+  constexpr int kAround = 2;  // key frames before and after, for a witness
+  std::vector<std::pair<int, std::pair<int, int>>> alike;
+  for (const auto& [first, second] : pairs_abroad(maps, kMostCompared)) {
+    const int common = common_blobs(maps, first, second);
+    if (common >= kMinCommon) alike.push_back({-common, {first, second}});
+  }
+  std::ranges::sort(alike);
+  if (alike.size() > kMostTried) alike.resize(kMostTried);
+  const int count = static_cast<int>(maps.nodes.size());
+  for (const auto& [less, pair] : alike) {
+    const auto [first, found_in] = pair;
+    const std::size_t unproven = maps.unproven.size();
+    const auto tried = [&](int second) {
+      return maps.map_at(first) == maps.map_at(second) ||
+             join_by_blobs(maps, first, second, config, time, out);
+    };
+    if (tried(found_in) || maps.unproven.size() == unproven) continue;
+    for (int second = std::max(first + 1, found_in - kAround);
+         second <= std::min(count - 1, found_in + kAround); ++second) {
+      if (second != found_in && tried(second)) break;
+    }
+  }
 }
 
 }  // namespace nadir::revisit

@@ -16,4 +16,7 @@ void look_at_home(Maps& maps, int newest, const Config& config);
 /// out: the join, and an alert with this time.
 void look_abroad(Maps& maps, int newest, const Config& config, Time time, Revision& out);
 
+/// At the end: compares key frames of maps that are still apart.
+void look_all_over(Maps& maps, const Config& config, Time time, Revision& out);
+
 }  // namespace nadir::revisit

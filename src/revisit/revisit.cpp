@@ -202,6 +202,7 @@ Revision Revisit::process(const Settlement& settlement) {
     s.look(static_cast<int>(s.maps.nodes.size()) - 1, out);
   }
   const bool last = !settlement.image;
+  if (last && s.config.enabled) look_all_over(s.maps, s.config, s.time, out);
   if (!s.maps.loose.empty() && (last || s.since_adjusted >= kPeriod)) s.adjust_loose();
   if (last) s.adjust_bundles();
   for (const ScaleEstimate& estimate : settlement.scales) s.scales[estimate.submap] = estimate;

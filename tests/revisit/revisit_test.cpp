@@ -121,6 +121,27 @@ TEST(Revisit, ALaterSubmapIsJoinedWhereItsGroundIsKnown) {
   EXPECT_LT(worst_error(key_frames, way, outcome.corrections), 0.02);
 }
 
+// Without an AHRS the vertical of a sub-map is the normal of its first ground.
+TEST(Revisit, SubmapsMayTiltUnlessTheirVerticalsAreMeasured) {
+  const auto way = two_lanes();
+  const Similarity3 tilted{
+      0.8, {Eigen::Quaterniond(Eigen::AngleAxisd(1.2, Vector3d::UnitX())), {10, 4, 0.5}}};
+  const auto outcome_with = [&](SurveyAxes axes) {
+    Seabed seabed;
+    std::vector<std::shared_ptr<const SettledKeyFrame>> key_frames;
+    for (std::size_t i = 0; i < way.size(); ++i) {
+      const bool later = i >= 14;
+      SettledKeyFrame key_frame =
+          *seabed.key_frame(i, later ? 1 : 0, way[i], later ? tilted : Similarity3());
+      key_frame.axes = axes;
+      key_frames.push_back(std::make_shared<SettledKeyFrame>(std::move(key_frame)));
+    }
+    return run(key_frames);
+  };
+  EXPECT_EQ(outcome_with(SurveyAxes::first_plane).joins.size(), 1u);
+  EXPECT_TRUE(outcome_with(SurveyAxes::attitude).joins.empty());
+}
+
 // It saw its own ground again shortly before: that map is no more when the graph is adjusted.
 TEST(Revisit, ASubmapIsJoinedThatWasAboutToBeAdjusted) {
   Seabed seabed;
@@ -189,6 +210,28 @@ TEST(Revisit, BlobsJoinSubmapsWhoseCornersAreNotFoundAgain) {
   ASSERT_EQ(outcome.joins.size(), 1u);
   // A blob is good to about a pixel, which is 5 mm on the ground.
   EXPECT_LT(worst_error(key_frames, way, outcome.corrections), 0.03);
+}
+
+// Of a long first map the key frames take turns: of a short second one few are compared on the way.
+TEST(Revisit, WhatIsApartAtTheEndIsComparedAllOver) {
+  const odometry::Ground ground;
+  const Similarity3 elsewhere{
+      0.8, {Eigen::Quaterniond(Eigen::AngleAxisd(1, Vector3d::UnitZ())), {10, 4, 0.5}}};
+  std::vector<Rigid3> way;
+  for (int i = 0; i < 15; ++i) way.push_back(looking_down(0.7 * i, -0.2, 1.5, 0, 0.03));
+  for (int i = 0; i < 3; ++i) way.push_back(looking_down(0.7 - 0.3 * i, 0.2, 1.5, M_PI, 0.03));
+  std::vector<std::shared_ptr<const SettledKeyFrame>> key_frames;
+  for (std::size_t i = 0; i < way.size(); ++i) {
+    const bool later = i >= 15;
+    key_frames.push_back(
+        dim_key_frame(ground, i, later ? 1 : 0, way[i], later ? elsewhere : Similarity3()));
+  }
+  Revisit revisit(Config{});
+  Outcome on_the_way, at_the_end;
+  for (const auto& k : key_frames) take(revisit.process({k->pose.image, 0, {k}, {}}), on_the_way);
+  take(revisit.process({std::nullopt, 0, {}, {}}), at_the_end);
+  EXPECT_TRUE(on_the_way.joins.empty());
+  EXPECT_EQ(at_the_end.joins.size(), 1u);
 }
 
 TEST(Revisit, BlobsOfOtherGroundJoinNothing) {

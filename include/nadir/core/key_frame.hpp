@@ -35,6 +35,7 @@ struct TiePointObservation {
 
 struct SettledKeyFrame {
   ImagePose pose;
+  SurveyAxes axes = SurveyAxes::none;  ///< of its sub-map
   std::shared_ptr<const CameraRig> rig;
   Features features;
   std::vector<TiePointObservation> observations;

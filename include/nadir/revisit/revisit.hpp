@@ -17,7 +17,7 @@ struct Config {
   int gap = 8;               ///< key frames between two that count as a revisit
   int candidates = 3;        ///< earlier key frames tried for each new one
   int max_adjusted = 400;    ///< key frames in the final bundle adjustment; beyond, pose graph only
-  double max_tilt_deg = 12;  ///< between the verticals of two images of joined sub-maps
+  double max_tilt_deg = 12;  ///< between two images of the same ground, where verticals are known
 
   /// Throws InputError naming the key, its value and the allowed range.
   void check() const;
