@@ -101,7 +101,7 @@ std::vector<Setting> make_settings() {
       setting("capture.mounting_yaw_deg", &Config::capture, &capture::Config::mounting_yaw_deg,
               "turned clockwise seen from above"),
       setting("odometry.initial_images", &Config::odometry, &odometry::Config::initial_images,
-              "key images that start a map: 3 or 5"),
+              "key images that start a map; 3 where no more see the same ground"),
       setting("odometry.window", &Config::odometry, &odometry::Config::window,
               "key frames adjusted together: 3, 5 or more"),
       setting("odometry.features", &Config::odometry, &odometry::Config::features,

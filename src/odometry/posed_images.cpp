@@ -151,7 +151,8 @@ void PosedImages::State::add(const std::shared_ptr<const View>& view, const Rese
   connected_before.reset();
   ++connected;
   const int images = std::min(connected, config.window);
-  const bool whole = images >= config.initial_images;
+  constexpr int kFewest = 3;  // images of a window whose plane can be told
+  const bool whole = images >= kFewest;
   if (!placed && whole) place(images, summary);
   publish_key_frames(images, out);
   if (placed && whole) {

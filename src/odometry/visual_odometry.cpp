@@ -72,6 +72,7 @@ struct VisualOdometry::State {
   void gather(const std::shared_ptr<const View>& view, Orientation& out);
   void wait(const std::shared_ptr<const View>& view, Orientation& out);
   bool start(Orientation& out);
+  bool start_early(Orientation& out);
   void give_up_waiting(Orientation& out);
 
   void accept(const std::shared_ptr<const View>& view, const Resection& resection,
@@ -135,6 +136,7 @@ void VisualOdometry::State::recover(const std::shared_ptr<const View>& view, Ori
 
 void VisualOdometry::State::gather(const std::shared_ptr<const View>& view, Orientation& out) {
   if (is_blank(*view)) {
+    if (start_early(out)) return follow(view, out);
     give_up_waiting(out);
     out.lost.push_back(view->frame->image);
     if (!std::exchange(alerted, true)) {
@@ -147,6 +149,7 @@ void VisualOdometry::State::gather(const std::shared_ptr<const View>& view, Orie
     constexpr std::size_t kMinPairs = 25;
     const auto matched = correspond(key_images.back()->features, view->features, view->camera());
     if (matched.pairs.size() < kMinPairs) {
+      if (start_early(out)) return follow(view, out);
       give_up_waiting(out);
       if (!std::exchange(alerted, true)) {
         out.alerts.push_back(loss_alert(*view->frame, reason_without_matches(*view)));
@@ -183,10 +186,11 @@ bool VisualOdometry::State::start(Orientation& out) {
   map->submap = next_submap++;
   map->first_id = next_id;
   followers.clear();
-  AdjustmentSummary summary = adjust_window(*map, config.initial_images, 1, config);
+  const int images = static_cast<int>(key_images.size());
+  AdjustmentSummary summary = adjust_window(*map, images, 1, config);
   std::vector<std::shared_ptr<const Frame>> frames;
   for (const auto& v : key_images) frames.push_back(v->frame);
-  const auto placed = placement(make_window(*map, config.initial_images, summary), frames);
+  const auto placed = placement(make_window(*map, images, summary), frames);
   move(*map, placed.survey_from_odometry);
   map->scale = placed.scale;
   map->axes = placed.axes;
@@ -211,11 +215,17 @@ bool VisualOdometry::State::start(Orientation& out) {
   for (const KeyFrame& k : map->key_frames) track.push_back({k.time, k.camera_from_map});
   track.erase(track.begin(), track.end() - 2);
   for (const KeyFrame& k : map->key_frames) out.poses.push_back(pose_of(*map, k));
-  publish_window(summary, config.initial_images, out);
+  publish_window(summary, images, out);
   orient_waiting(out);
   alerted = false;
   key_images.clear();
   return true;
+}
+
+// No more images follow that see this ground: a map of few is better than none.
+bool VisualOdometry::State::start_early(Orientation& out) {
+  constexpr std::size_t kFewest = 3;
+  return key_images.size() >= kFewest && start(out);
 }
 
 void VisualOdometry::State::orient_waiting(Orientation& out) {
@@ -344,6 +354,7 @@ Orientation VisualOdometry::process(std::shared_ptr<const Shot> shot) {
 
 Orientation VisualOdometry::finish() {
   Orientation out;
+  state_->start_early(out);
   if (!state_->map && !state_->waiting.empty()) {
     out.alerts.push_back(no_map_alert(*state_->waiting.back()->frame));
   }

@@ -218,7 +218,7 @@ void look_abroad(Maps& maps, int newest, const Config& config, Time time, Revisi
 
 // The live search took turns; now there is time for all over.
 void look_all_over(Maps& maps, const Config& config, Time time, Revision& out) {
-  constexpr std::size_t kMostCompared = 600, kMostTried = 30;
+  constexpr std::size_t kMostCompared = 300, kMostTried = 30;
   constexpr int kAround = 2;  // key frames before and after, for a witness
   std::vector<std::pair<int, std::pair<int, int>>> alike;
   for (const auto& [first, second] : pairs_abroad(maps, kMostCompared)) {
