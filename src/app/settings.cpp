@@ -101,7 +101,8 @@ std::vector<Setting> make_settings() {
       setting("capture.mounting_yaw_deg", &Config::capture, &capture::Config::mounting_yaw_deg,
               "turned clockwise seen from above"),
       setting("odometry.initial_images", &Config::odometry, &odometry::Config::initial_images,
-              "key images that start a map; 3 where no more see the same ground"),
+              "key images that start a single camera's map; 3 of pairs and where no more see its "
+              "ground"),
       setting("odometry.window", &Config::odometry, &odometry::Config::window,
               "key frames adjusted together: 3, 5 or more"),
       setting("odometry.features", &Config::odometry, &odometry::Config::features,

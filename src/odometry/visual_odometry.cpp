@@ -23,6 +23,7 @@ namespace {
 
 using Views = std::vector<std::shared_ptr<const View>>;
 
+constexpr std::size_t kFewestStarting = 3;  // key images
 constexpr std::size_t kMaxFollowers = 200;  // hovering must not gather them for ever
 constexpr std::size_t kMaxWaiting = 32;     // images kept while a map is being started
 
@@ -73,6 +74,7 @@ struct VisualOdometry::State {
   void wait(const std::shared_ptr<const View>& view, Orientation& out);
   bool start(Orientation& out);
   bool start_early(Orientation& out);
+  std::size_t images_to_start() const;
   void give_up_waiting(Orientation& out);
 
   void accept(const std::shared_ptr<const View>& view, const Resection& resection,
@@ -162,7 +164,7 @@ void VisualOdometry::State::gather(const std::shared_ptr<const View>& view, Orie
   }
   wait(view, out);
   key_images.push_back(view);
-  if (static_cast<int>(key_images.size()) < config.initial_images) return;
+  if (key_images.size() < images_to_start()) return;
   if (start(out)) return;
   key_images.erase(key_images.begin());
 }
@@ -222,10 +224,17 @@ bool VisualOdometry::State::start(Orientation& out) {
   return true;
 }
 
+// A single camera tells the ground's slope from its own motion only over a long base; a pair sees
+// depths from the first image on.
+std::size_t VisualOdometry::State::images_to_start() const {
+  const Frame& first = *key_images.front()->frame;
+  const bool pair = first.rig->right && !first.right.empty();
+  return pair ? kFewestStarting : static_cast<std::size_t>(config.initial_images);
+}
+
 // No more images follow that see this ground: a map of few is better than none.
 bool VisualOdometry::State::start_early(Orientation& out) {
-  constexpr std::size_t kFewest = 3;
-  return key_images.size() >= kFewest && start(out);
+  return key_images.size() >= kFewestStarting && start(out);
 }
 
 void VisualOdometry::State::orient_waiting(Orientation& out) {

@@ -18,7 +18,7 @@ enum class OnLost {
 };
 
 struct Config {
-  int initial_images = 5;         ///< key images that start a map; 3 where no more see its ground
+  int initial_images = 5;         ///< key images that start the map of a single camera; others: 3
   int window = 5;                 ///< key frames adjusted together, 3 or more (paper: 3 or 5)
   int features = 1500;            ///< corners described per image
   int tie_points = 400;           ///< wanted per key frame
