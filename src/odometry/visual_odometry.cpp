@@ -159,6 +159,9 @@ void VisualOdometry::State::gather(const std::shared_ptr<const View>& view, Orie
     } else if (matched.shift_px <
                config.key_frame_shift * std::min(view->camera().width, view->camera().height)) {
       wait(view, out);
+      // So many that some would be given up: on with the key images there are.
+      if (waiting.size() < kMaxWaiting || key_images.size() < kFewestStarting) return;
+      if (!start(out)) key_images.erase(key_images.begin());
       return;
     }
   }
