@@ -229,7 +229,7 @@ void look_all_over(Maps& maps, const Config& config, Time time, Revision& out) {
   if (alike.size() > kMostTried) alike.resize(kMostTried);
   const int count = static_cast<int>(maps.nodes.size());
   for (const auto& [less, pair] : alike) {
-    const auto [first, found_in] = pair;
+    const int first = pair.first, found_in = pair.second;
     const std::size_t unproven = maps.unproven.size();
     const auto tried = [&](int second) {
       return maps.map_at(first) == maps.map_at(second) ||
