@@ -158,8 +158,8 @@ std::vector<std::pair<int, int>> pairs_abroad(const Maps& maps, std::size_t most
   const int count = static_cast<int>(maps.nodes.size());
   for (int stride = 1;; ++stride) {
     pairs.clear();
-    for (int second = 0; second < count; second += stride) {
-      for (int first = 0; first < second; first += stride) {
+    for (int second = 0; second < count && pairs.size() <= most; second += stride) {
+      for (int first = 0; first < second && pairs.size() <= most; first += stride) {
         if (maps.map_at(first) != maps.map_at(second)) pairs.emplace_back(first, second);
       }
     }
