@@ -8,13 +8,14 @@
 #include <opencv2/features2d.hpp>
 #include <opencv2/imgproc.hpp>
 
+#include "nadir/image_io/reduce.hpp"
+
 namespace nadir::odometry {
 namespace {
 
-constexpr int kDescribedSide = 1100;  // px: larger images are described at half size
+constexpr int kDescribedSide = 900;  // px: larger images are described at half size
 
-constexpr int kStrongFactor = 3;  // a well lit image has enough corners above this many thresholds
-constexpr int kPlenty = 3;        // times the wanted corners
+constexpr int kPlenty = 4;  // times the wanted corners
 constexpr int kLevels = 3;
 constexpr float kLevelScale = 1.3F;  // altitude changes little between images that overlap
 constexpr int kDescriptorSide = 31;  // px at the corner's level
@@ -57,6 +58,17 @@ float direction(const cv::Mat& image, const cv::Point2f& at) {
   return cv::fastAtan2(static_cast<float>(along_y), static_cast<float>(along_x));
 }
 
+// A well lit image has plenty far above the threshold, and fewer take less time.
+std::vector<cv::KeyPoint> fast_corners(const cv::Mat& image, int wanted, int threshold) {
+  std::vector<cv::KeyPoint> found;
+  for (const int factor : {4, 2, 1}) {
+    cv::FAST(image, found, factor * threshold);
+    if (static_cast<int>(found.size()) >= kPlenty * wanted) break;
+  }
+  cv::KeyPointsFilter::runByImageBorder(found, image.size(), kBorder);
+  return found;
+}
+
 // Corners of an image pyramid, in pixels of its first level.
 std::vector<cv::KeyPoint> detect_corners(const cv::Mat& image, int wanted, int threshold) {
   std::vector<cv::KeyPoint> corners;
@@ -65,12 +77,9 @@ std::vector<cv::KeyPoint> detect_corners(const cv::Mat& image, int wanted, int t
   for (int octave = 0; octave < kLevels; ++octave, scale *= kLevelScale) {
     if (octave > 0) cv::resize(image, level, {}, 1 / scale, 1 / scale, cv::INTER_LINEAR);
     if (std::min(level.cols, level.rows) <= 2 * kBorder + 1) break;
-    std::vector<cv::KeyPoint> found;
-    cv::FAST(level, found, kStrongFactor * threshold);
-    if (static_cast<int>(found.size()) < kPlenty * wanted) cv::FAST(level, found, threshold);
-    cv::KeyPointsFilter::runByImageBorder(found, level.size(), kBorder);
-    const auto share = static_cast<int>(static_cast<float>(wanted) / (scale * scale * 1.95F));
-    for (cv::KeyPoint& corner : spread(std::move(found), level.size(), std::max(share, 1))) {
+    const int share =
+        std::max(1, static_cast<int>(static_cast<float>(wanted) / (scale * scale * 1.95F)));
+    for (auto& corner : spread(fast_corners(level, share, threshold), level.size(), share)) {
       corner.angle = direction(level, corner.pt);
       corner.octave = octave;
       corner.size = kDescriptorSide * scale;
@@ -141,12 +150,14 @@ Features describe_blobs(const cv::Mat& grey, const CameraModel& camera) {
   return features;
 }
 
+// Halves, which cost little, then a step under two, which needs no averaging.
 cv::Mat small_picture(const cv::Mat& grey) {
   constexpr int kWidest = 640;
   if (grey.cols <= kWidest) return grey;
-  cv::Mat small;
   const int rows = cvRound(static_cast<double>(grey.rows) * kWidest / grey.cols);
-  cv::resize(grey, small, {kWidest, rows}, 0, 0, cv::INTER_AREA);
+  cv::Mat half = grey, small;
+  while (half.cols >= 2 * kWidest) half = image_io::reduce(half, 2);
+  cv::resize(half, small, {kWidest, rows}, 0, 0, cv::INTER_LINEAR);
   return small;
 }
 

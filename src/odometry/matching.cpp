@@ -7,20 +7,56 @@
 #include <cstdint>
 #include <cstring>
 #include <opencv2/features2d.hpp>
+#include <utility>
+#include <vector>
+
+#include "nadir/core/clones.hpp"
 
 namespace nadir::odometry {
 namespace {
 
+constexpr int kBytes = 32;  // of a binary descriptor
+
 // Bits that differ. cv::hal::normHamming takes longer to find out what it runs on.
-int hamming(const std::uint8_t* a, const std::uint8_t* b) {
+inline int hamming(const std::uint8_t* a, const std::uint8_t* b) {
   int bits = 0;
-  for (int i = 0; i < 32; i += 8) {
+  for (int i = 0; i < kBytes; i += 8) {
     std::uint64_t first = 0, second = 0;
     std::memcpy(&first, a + i, 8);
     std::memcpy(&second, b + i, 8);
     bits += std::popcount(first ^ second);
   }
   return bits;
+}
+
+struct Nearest {
+  int index = -1;
+  int distance = 8 * kBytes + 1, next_distance = 8 * kBytes + 1;
+};
+
+NADIR_CLONES
+Nearest nearest(const std::uint8_t* wanted, const std::uint8_t* all, int count) {
+  Nearest found;
+  for (int k = 0; k < count; ++k) {
+    const int distance = hamming(wanted, all + kBytes * k);
+    if (distance < found.distance) {
+      found = {k, distance, found.distance};
+    } else if (distance < found.next_distance) {
+      found.next_distance = distance;
+    }
+  }
+  return found;
+}
+
+NADIR_CLONES
+Nearest nearest_of(const std::uint8_t* wanted, const std::uint8_t* all,
+                   const std::vector<int>& some) {
+  Nearest found;
+  for (const int k : some) {
+    const int distance = hamming(wanted, all + kBytes * k);
+    if (distance < found.distance) found.distance = distance, found.index = k;
+  }
+  return found;
 }
 
 // Features of an image by square cell.
@@ -60,58 +96,80 @@ class Cells {
   std::vector<std::vector<int>> members_;
 };
 
+// Each feature of the second goes to the one of the first that is nearest to it.
+class Owners {
+ public:
+  explicit Owners(int count) : owners_(static_cast<std::size_t>(count), {-1, 0.0}) {}
+
+  void claim(int first, int second, double distance) {
+    auto& [owner, nearest] = owners_[static_cast<std::size_t>(second)];
+    if (owner < 0 || distance < nearest) owner = first, nearest = distance;
+  }
+  Pairs pairs() const {
+    Pairs pairs;
+    for (int k = 0; k < static_cast<int>(owners_.size()); ++k) {
+      const int owner = owners_[static_cast<std::size_t>(k)].first;
+      if (owner >= 0) pairs.emplace_back(owner, k);
+    }
+    return pairs;
+  }
+
+ private:
+  std::vector<std::pair<int, double>> owners_;  ///< feature of the first, -1: none; distance
+};
+
+Pairs distinct_binary(const cv::Mat& first, const cv::Mat& second, double ratio) {
+  const cv::Mat all = second.isContinuous() ? second : second.clone();
+  Owners owners(second.rows);
+  for (int i = 0; i < first.rows; ++i) {
+    const Nearest n = nearest(first.ptr(i), all.ptr(), all.rows);
+    if (n.distance < ratio * n.next_distance) owners.claim(i, n.index, n.distance);
+  }
+  return owners.pairs();
+}
+
+Pairs distinct_blobs(const cv::Mat& first, const cv::Mat& second, double ratio) {
+  // Of bytes OpenCV's Euclidean distance is not vectorised.
+  cv::Mat first_values, second_values;
+  first.convertTo(first_values, CV_32F);
+  second.convertTo(second_values, CV_32F);
+  std::vector<std::vector<cv::DMatch>> nearest;
+  cv::BFMatcher(cv::NORM_L2).knnMatch(first_values, second_values, nearest, 2);
+  Owners owners(second.rows);
+  for (const auto& n : nearest) {
+    if (n.size() < 2 || !(n[0].distance < static_cast<float>(ratio) * n[1].distance)) continue;
+    owners.claim(n[0].queryIdx, n[0].trainIdx, n[0].distance);
+  }
+  return owners.pairs();
+}
+
 }  // namespace
 
 bool is_binary(const cv::Mat& descriptors) { return descriptors.cols == 32; }
 
 Pairs match_descriptors(const cv::Mat& first, const cv::Mat& second, double ratio) {
-  Pairs pairs;
-  if (first.rows < 2 || second.rows < 2) return pairs;
-  std::vector<std::vector<cv::DMatch>> nearest;
-  if (is_binary(first)) {
-    cv::BFMatcher(cv::NORM_HAMMING).knnMatch(first, second, nearest, 2);
-  } else {  // of bytes OpenCV's Euclidean distance is not vectorised
-    cv::Mat first_values, second_values;
-    first.convertTo(first_values, CV_32F);
-    second.convertTo(second_values, CV_32F);
-    cv::BFMatcher(cv::NORM_L2).knnMatch(first_values, second_values, nearest, 2);
-  }
-  std::vector<cv::DMatch> taken(static_cast<std::size_t>(second.rows), cv::DMatch(-1, -1, 1e9F));
-  for (const auto& n : nearest) {
-    if (n.size() < 2 || !(n[0].distance < static_cast<float>(ratio) * n[1].distance)) continue;
-    auto& owner = taken[static_cast<std::size_t>(n[0].trainIdx)];
-    if (n[0].distance < owner.distance) owner = n[0];
-  }
-  for (const auto& m : taken) {
-    if (m.queryIdx >= 0) pairs.emplace_back(m.queryIdx, m.trainIdx);
-  }
-  return pairs;
+  if (first.rows < 2 || second.rows < 2) return {};
+  return is_binary(first) ? distinct_binary(first, second, ratio)
+                          : distinct_blobs(first, second, ratio);
 }
 
 Pairs match_near(const cv::Mat& first, const std::vector<Eigen::Vector2d>& expected,
                  const Features& second, double radius_px, int max_distance) {
   Cells cells(second.pixels, radius_px);
-  std::vector<std::pair<int, int>> owner(static_cast<std::size_t>(second.size()),
-                                         {max_distance, -1});
+  Owners owners(second.size());
+  std::vector<int> near;
   for (int i = 0; i < first.rows; ++i) {
     const auto& place = expected[static_cast<std::size_t>(i)];
     if (!place.allFinite()) continue;
-    int best = -1, distance = max_distance;
+    near.clear();
     cells.visit_near(place, [&](int k) {
-      if ((second.pixels[static_cast<std::size_t>(k)] - place).norm() > radius_px) return;
-      const int d = hamming(first.ptr(i), second.descriptors.ptr(k));
-      if (d < distance) distance = d, best = k;
+      if ((second.pixels[static_cast<std::size_t>(k)] - place).norm() <= radius_px)
+        near.push_back(k);
     });
-    if (best < 0) continue;
-    auto& taken = owner[static_cast<std::size_t>(best)];
-    if (distance < taken.first) taken = {distance, i};
+    const Nearest n = nearest_of(first.ptr(i), second.descriptors.ptr(), near);
+    if (n.distance < max_distance) owners.claim(i, n.index, n.distance);
   }
-  Pairs pairs;
-  for (int k = 0; k < second.size(); ++k) {
-    const int i = owner[static_cast<std::size_t>(k)].second;
-    if (i >= 0) pairs.emplace_back(i, k);
-  }
-  return pairs;
+  return owners.pairs();
 }
 
 }  // namespace nadir::odometry

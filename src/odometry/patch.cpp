@@ -8,6 +8,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "nadir/core/clones.hpp"
+
 namespace nadir::odometry {
 namespace {
 
@@ -24,14 +26,14 @@ constexpr double kUnlike = 0.5;      // correlation from which no change of shap
 constexpr float kMaxStrain = 0.45F;  // of the template's shape
 constexpr double kMaxDrift = 3.0;    // px from the start
 
-float sample(const Patch& patch, double x, double y) {
-  constexpr double kLast = Patch::kSide - 1.001;
-  x = std::clamp(x + Patch::kRadius, 0.0, kLast);
-  y = std::clamp(y + Patch::kRadius, 0.0, kLast);
+// Grey level at an offset from the patch's centre; beyond its border that of the border.
+inline float sample(const Patch& patch, float x, float y) {
+  constexpr float kLast = Patch::kSide - 1.001F;
+  x = std::min(std::max(x + Patch::kRadius, 0.0F), kLast);
+  y = std::min(std::max(y + Patch::kRadius, 0.0F), kLast);
   const int column = static_cast<int>(x), row = static_cast<int>(y);
-  const auto a = static_cast<float>(x - column), b = static_cast<float>(y - row);
-  const std::uint8_t* p =
-      &patch.grey[static_cast<std::size_t>(row) * Patch::kSide + static_cast<std::size_t>(column)];
+  const float a = x - static_cast<float>(column), b = y - static_cast<float>(row);
+  const std::uint8_t* p = patch.grey.data() + row * Patch::kSide + column;
   const auto at = [p](int i) { return static_cast<float>(p[i]); };
   return (1 - b) * ((1 - a) * at(0) + a * at(1)) +
          b * ((1 - a) * at(Patch::kSide) + a * at(Patch::kSide + 1));
@@ -42,6 +44,7 @@ bool inside(const cv::Mat& grey, int x, int y, int margin) {
 }
 
 // Grey levels around a sub-pixel place, zero mean and unit norm; false without contrast.
+NADIR_CLONES
 bool normalised_window(const cv::Mat& grey, const Vector2d& pixel, Template::Values& window) {
   const int left = static_cast<int>(std::floor(pixel.x())),
             top = static_cast<int>(std::floor(pixel.y()));
@@ -63,6 +66,7 @@ bool normalised_window(const cv::Mat& grey, const Vector2d& pixel, Template::Val
   return true;
 }
 
+NADIR_CLONES
 std::optional<Sight> refine_shift(const Template& wanted, const cv::Mat& grey,
                                   const Vector2d& start) {
   Vector2d pixel = start;
@@ -85,6 +89,7 @@ std::optional<Sight> refine_shift(const Template& wanted, const cv::Mat& grey,
 
 // Grey levels at pixel + shape * offset, zero mean and unit norm; false outside or without
 // contrast.
+NADIR_CLONES
 bool normalised_window(const cv::Mat& grey, const Vector2f& pixel, const Eigen::Matrix2f& shape,
                        Template::Values& window) {
   const Vector2f reach = Template::kRadius * shape.cwiseAbs().rowwise().sum();
@@ -112,21 +117,40 @@ bool normalised_window(const cv::Mat& grey, const Vector2f& pixel, const Eigen::
   return true;
 }
 
+// From the centre of a template, x and y.
+const Eigen::Matrix<float, Template::kArea, 2>& offsets() {
+  static const auto kOffsets = [] {
+    Eigen::Matrix<float, Template::kArea, 2> result;
+    for (int i = 0; i < Template::kArea; ++i) {
+      const int column = i % Template::kSide, row = i / Template::kSide;
+      result(i, 0) = static_cast<float>(column - Template::kRadius);
+      result(i, 1) = static_cast<float>(row - Template::kRadius);
+    }
+    return result;
+  }();
+  return kOffsets;
+}
+
 // Six parameters: shift and shape.
+NADIR_CLONES
 std::optional<Sight> refine_shape(const Template& wanted, const cv::Mat& grey,
                                   const Vector2d& start) {
   using Vector6f = Eigen::Matrix<float, 6, 1>;
   Eigen::Matrix<float, Template::kArea, 6> design;
-  for (int i = 0; i < Template::kArea; ++i) {
-    const int column = i % Template::kSide, row = i / Template::kSide;
-    const auto dx = static_cast<float>(column - Template::kRadius);
-    const auto dy = static_cast<float>(row - Template::kRadius);
-    const float gx = wanted.gradient(i, 0), gy = wanted.gradient(i, 1);
-    design.row(i) << gx, gy, gx * dx, gx * dy, gy * dx, gy * dy;
+  const auto& offset = offsets();
+  for (int axis = 0; axis < 2; ++axis) {
+    const auto gradient = wanted.gradient.col(axis);
+    design.col(axis) = gradient;
+    design.col(2 + 2 * axis) = gradient.cwiseProduct(offset.col(0));
+    design.col(3 + 2 * axis) = gradient.cwiseProduct(offset.col(1));
   }
-  design.rowwise() -= design.colwise().mean().eval();
-  design -= wanted.value * (wanted.value.transpose() * design).eval();
-  Eigen::Matrix<float, 6, 6> normal = design.transpose() * design;
+  for (int i = 0; i < 6; ++i) {
+    auto column = design.col(i);
+    column.array() -= column.mean();
+    column -= wanted.value.dot(column) * wanted.value;
+  }
+  // A product of this size is not worth the blocks of a large one.
+  Eigen::Matrix<float, 6, 6> normal = design.transpose().lazyProduct(design);
   normal.diagonal() *= 1.001F;
   const Eigen::LLT<Eigen::Matrix<float, 6, 6>> solver(normal);
   if (solver.info() != Eigen::Success) return std::nullopt;
@@ -162,15 +186,17 @@ std::optional<Patch> cut_patch(const cv::Mat& grey, const Eigen::Vector2i& centr
   return patch;
 }
 
+NADIR_CLONES
 std::optional<Template> warp_patch(const Patch& patch, const Matrix2d& image_from_patch) {
   const double area = image_from_patch.determinant();
   if (!(area > 1 / kMaxScale2 && area < kMaxScale2)) return std::nullopt;
-  const Matrix2d back = image_from_patch.inverse();
+  const Eigen::Matrix2f back = image_from_patch.inverse().cast<float>();
   constexpr int kWide = Template::kSide + 2;
   std::array<float, std::size_t{kWide} * kWide> wide;
   for (int row = 0, i = 0; row < kWide; ++row) {
     for (int column = 0; column < kWide; ++column, ++i) {
-      const Vector2d d = back * Vector2d(column - kWide / 2, row - kWide / 2);
+      const Vector2f d = back * Vector2f(static_cast<float>(column - kWide / 2),
+                                         static_cast<float>(row - kWide / 2));
       wide[static_cast<std::size_t>(i)] = sample(patch, d.x(), d.y());
     }
   }
@@ -188,14 +214,18 @@ std::optional<Template> warp_patch(const Patch& patch, const Matrix2d& image_fro
   if (!(norm > kMinContrast)) return std::nullopt;
   result.value /= norm;
   for (int i = 0; i < Template::kArea; ++i) {
-    result.whole[static_cast<std::size_t>(i)] =
-        static_cast<std::int16_t>(std::lround(kWhole * result.value[i]));
+    // Rounded: what is above zero is truncated.
+    result.whole[static_cast<std::size_t>(i)] = static_cast<std::int16_t>(
+        static_cast<int>(kWhole * result.value[i] + kWhole + 0.5F) - static_cast<int>(kWhole));
   }
   result.gradient /= norm;
   result.gradient.rowwise() -= result.gradient.colwise().mean().eval();
   // The normalisation takes the part along the value itself out of the gradients, too.
-  result.gradient -= result.value * (result.value.transpose() * result.gradient).eval();
-  const Eigen::Matrix2f normal = result.gradient.transpose() * result.gradient;
+  for (int axis = 0; axis < 2; ++axis) {
+    auto gradient = result.gradient.col(axis);
+    gradient -= result.value.dot(gradient) * result.value;
+  }
+  const Eigen::Matrix2f normal = result.gradient.transpose().lazyProduct(result.gradient);
   const float smaller =
       Eigen::SelfAdjointEigenSolver<Eigen::Matrix2f>(normal, Eigen::EigenvaluesOnly)
           .eigenvalues()[0];
@@ -204,6 +234,7 @@ std::optional<Template> warp_patch(const Patch& patch, const Matrix2d& image_fro
   return result;
 }
 
+NADIR_CLONES
 float correlation(const Template& wanted, const cv::Mat& grey, int x, int y) {
   if (!inside(grey, x, y, Template::kRadius)) return -1.0F;
   std::array<std::int16_t, Template::kArea> window;

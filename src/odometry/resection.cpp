@@ -198,10 +198,10 @@ Adjustment pose_only(const Map& map, const Rigid3& start, const std::vector<Seen
 }
 
 std::optional<Resection> measure(const Map& map, const View& view, const Rigid3& rough, int radius,
-                                 const Config& config) {
+                                 int points) {
   Resection result;
   const Looking image{view.frame->grey, view.camera(), rough};
-  const auto expected = expected_points(map, rough, config.tie_points);
+  const auto expected = expected_points(map, rough, points);
   result.expected = static_cast<int>(expected.size());
   for (const auto& e : expected) {
     const auto found = sight(map, map.point(e.point), image, radius, e.pixel);
@@ -234,9 +234,13 @@ bool acceptable(const Resection& r, const Rough& rough) {
 std::optional<Resection> sharpen(const Map& map, const View& view, const Rough& rough,
                                  const Config& config) {
   if (rough.inliers < kMinCoarse) return std::nullopt;
-  auto result = measure(map, view, rough.camera_from_map, 6, config);
+  // The wide search only has to bring the pose within the narrow one.
+  constexpr std::size_t kEnough = 40;
+  auto result = measure(map, view, rough.camera_from_map, 6, config.tie_points / 3);
+  if (!result || result->seen.size() < kEnough)
+    result = measure(map, view, rough.camera_from_map, 6, config.tie_points);
   if (!result) return result;
-  auto again = measure(map, view, result->camera_from_map, 2, config);
+  auto again = measure(map, view, result->camera_from_map, 2, config.tie_points);
   return again && acceptable(*again, rough) ? again : std::nullopt;
 }
 
