@@ -25,6 +25,12 @@ void put_in_order(const cv::Mat& rows, cv::Mat ordered) {
   }
 }
 
+// A function of its own: bytes written could be anything else's, but not a parameter's.
+void subtract(const std::uint8_t* from, const std::uint8_t* above, std::size_t size,
+              std::uint8_t* to) {
+  for (std::size_t i = 0; i < size; ++i) to[i] = static_cast<std::uint8_t>(from[i] - above[i]);
+}
+
 }  // namespace
 
 void PngRows::start(int width, int type, int most_rows) {
@@ -42,8 +48,7 @@ std::span<const std::uint8_t> PngRows::filtered(const cv::Mat& rows) {
     const std::uint8_t* above = ordered_.ptr(row);
     const std::uint8_t* from = ordered_.ptr(row + 1);
     *to++ = kUp;
-    for (std::size_t i = 0; i < row_size_; ++i)
-      to[i] = static_cast<std::uint8_t>(from[i] - above[i]);
+    subtract(from, above, row_size_, to);
     to += row_size_;
   }
   std::copy_n(ordered_.ptr(rows.rows), row_size_, ordered_.ptr(0));

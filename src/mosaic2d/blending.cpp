@@ -3,46 +3,62 @@
 #include "blending.hpp"
 
 #include <algorithm>
+#include <array>
+#include <bit>
 #include <cmath>
+#include <cstdint>
+#include <cstring>
 #include <opencv2/imgproc.hpp>
+
+#include "nadir/core/clones.hpp"
 
 namespace nadir::mosaic2d {
 namespace {
 
-constexpr float kFeather = 16;  // px: half the width over which two images pass into each other
+constexpr int kFeather = 16;  // px: half the width over which two images pass into each other
+constexpr int kSharePerPixel = 128 / kFeather;
 constexpr int kFarInside = 32;  // px: borders farther than the whole width do not matter
 
-// Signed distance of a pixel to the line half way between two image centres, positive on the side
-// of the newer. It is linear along a row.
+// The newer image's share by the distance to the line half way between two image centres, in
+// 1/256 and kBits more: none on the older's side of the feather, linear along a row, unbounded.
 struct Bisector {
-  float along_column = 0, along_row = 0, at_origin = -kFeather;
+  static constexpr int kBits = 8;
+  double along_column = 0, along_row = 0, at_origin = 0;
 
   Bisector(const cv::Point2d& older, const cv::Point2d& newer, const cv::Point& origin) {
     const cv::Point2d step = newer - older;
     const double length = std::hypot(step.x, step.y);
     if (length < 1) return;  // the same view again: the older stays
+    constexpr double kUnit = kSharePerPixel << kBits;
     const cv::Point2d from_middle = cv::Point2d(origin) - (older + newer) * 0.5;
-    along_column = static_cast<float>(step.x / length);
-    along_row = static_cast<float>(step.y / length);
-    at_origin = static_cast<float>(from_middle.dot(step) / length);
+    along_column = kUnit * step.x / length;
+    along_row = kUnit * step.y / length;
+    at_origin = kUnit * (from_middle.dot(step) / length + kFeather);
   }
-  float operator()(int column, int row) const {
-    return at_origin + along_column * static_cast<float>(column) +
-           along_row * static_cast<float>(row);
+  int at(int column, int row) const {
+    constexpr double kFar = 1 << 29;  // px / 2048: nothing passes into anything there
+    return cvRound(std::clamp(at_origin + along_column * column + along_row * row, -kFar, kFar));
   }
+  int step() const { return cvRound(along_column); }
 };
 
-// The newer image's share in 1/256: by the bisector, but none at its own border, and all of it at
-// the border of what is there unless its own is as near.
-int share(float bisector, int newer_border, int older_border) {
-  float x = std::max(bisector, static_cast<float>(newer_border - older_border) - kFeather);
-  x = std::min(x, static_cast<float>(newer_border) - kFeather);
-  x = std::clamp(x, -kFeather, kFeather);
-  return static_cast<int>((x + kFeather) * (128 / kFeather));
+// The newer image's share in 1/256 along a row: by the bisector, but none at its own border, and
+// all of it at the border of what is there unless its own is as near.
+NADIR_CLONES
+void shares(int bisector, int step, const std::uint8_t* newer_border,
+            const std::uint8_t* older_border, int count, std::uint16_t* share) {
+  for (int i = 0; i < count; ++i) {
+    const int newer = kSharePerPixel * newer_border[i], older = kSharePerPixel * older_border[i];
+    int part = (bisector + i * step) >> Bisector::kBits;
+    part = part > newer - older ? part : newer - older;
+    part = part < newer ? part : newer;
+    part = part > 0 ? part : 0;
+    share[i] = static_cast<std::uint16_t>(part < 256 ? part : 256);
+  }
 }
 
 // min(value, neighbour + step) along a row, for all pixels at once.
-void approach(std::uint8_t* values, const std::uint8_t* neighbours, int step, int count) {
+inline void approach(std::uint8_t* values, const std::uint8_t* neighbours, int step, int count) {
   for (int i = 0; i < count; ++i) {
     const auto far = static_cast<std::uint8_t>(neighbours[i] + step);
     values[i] = values[i] < far ? values[i] : far;
@@ -50,6 +66,7 @@ void approach(std::uint8_t* values, const std::uint8_t* neighbours, int step, in
 }
 
 // The distance along a row by doubling: neighbours at 1, 2, 4, ... px on either side.
+NADIR_CLONES
 void along_row(std::uint8_t* row, std::vector<std::uint8_t>& padded, int count) {
   for (int step = 1; step < kFarInside; step *= 2) {
     std::fill(padded.begin(), padded.end(), std::uint8_t{0});
@@ -78,13 +95,114 @@ void to_border_distance(cv::Mat& mask) {
   }
 }
 
-std::uint8_t mix(int older, int newer, int share) {
-  return static_cast<std::uint8_t>((older * (256 - share) + newer * share + 128) >> 8);
+// Values of channels, not pixels: compilers vectorise loops over one kind of value. What is mixed
+// was opaque and stays so.
+NADIR_CLONES
+void mix(std::uint8_t* older, const std::uint8_t* newer, const std::uint16_t* share, int count) {
+  for (int i = 0; i < count; ++i) {
+    const auto kept = static_cast<std::uint16_t>(256 - share[i]);
+    const auto sum = static_cast<std::uint16_t>(older[i] * kept + newer[i] * share[i] + 128);
+    older[i] = static_cast<std::uint8_t>(sum >> 8);
+  }
 }
 
-cv::Vec4b mix(const cv::Vec4b& older, const cv::Vec4b& newer, int share) {
-  return {mix(older[0], newer[0], share), mix(older[1], newer[1], share),
-          mix(older[2], newer[2], share), 255};
+NADIR_CLONES
+void for_four_channels(const std::uint16_t* share, int count, std::uint16_t* channels) {
+  for (int i = 0; i < count; ++i) {
+    const std::uint64_t four = 0x0001000100010001 * std::uint64_t{share[i]};
+    std::memcpy(channels + 4 * i, &four, 8);
+  }
+}
+
+NADIR_CLONES
+void own(std::int32_t* owner, std::int32_t newest, const std::uint16_t* share, int count) {
+  for (int i = 0; i < count; ++i) owner[i] = share[i] > 128 ? newest : owner[i];
+}
+
+NADIR_CLONES
+void widen(std::uint8_t* border, const std::uint8_t* other, int count) {
+  for (int i = 0; i < count; ++i) border[i] = std::max(border[i], other[i]);
+}
+
+// A row of a new image and of the ground below it.
+struct Rows {
+  const std::uint8_t* image;  ///< BGRA
+  const std::uint8_t* ground;
+  const std::int32_t* owner;
+
+  bool image_at(int column) const { return image[4 * column + 3] != 0; }
+  bool ground_at(int column) const { return ground[4 * column + 3] != 0; }
+};
+
+// Whether all of 16 columns show the image, and the ground as `first` does. Whole pixels are
+// compared, since compilers vectorise that.
+inline bool are_like(const Rows& rows, int first, int begin) {
+  constexpr int kColumns = 16;
+  std::uint32_t image = ~0U, ground = ~0U, any_ground = 0;
+  std::int32_t other_owner = 0;
+  for (int i = begin; i < begin + kColumns; ++i) {
+    std::uint32_t of_image, of_ground;
+    std::memcpy(&of_image, rows.image + 4 * i, 4);
+    std::memcpy(&of_ground, rows.ground + 4 * i, 4);
+    image &= of_image, ground &= of_ground, any_ground |= of_ground;
+    other_owner |= rows.owner[i] ^ rows.owner[first];
+  }
+  constexpr auto kAlpha = std::bit_cast<std::uint32_t>(std::array<std::uint8_t, 4>{0, 0, 0, 255});
+  if ((image & kAlpha) != kAlpha) return false;
+  return rows.ground_at(first) ? (ground & kAlpha) == kAlpha && other_owner == 0
+                               : (any_ground & kAlpha) == 0;
+}
+
+// The first column from `column` on where the image is seen, or `count`; its border distance tells.
+int next_seen(const std::uint8_t* border, int column, int count) {
+  constexpr int kColumns = 8;
+  for (; column + kColumns <= count; column += kColumns) {
+    std::uint64_t any;
+    std::memcpy(&any, border + column, kColumns);
+    if (any != 0) break;
+  }
+  while (column < count && border[column] == 0) ++column;
+  return column;
+}
+
+// Columns from `first` on where the image lies over bare ground, or over that of one other image.
+NADIR_CLONES
+int end_of_run(const Rows& rows, int first, int count) {
+  const bool covered = rows.ground_at(first);
+  int end = first + 1;
+  while (end + 16 <= count && are_like(rows, first, end)) end += 16;
+  while (end < count && rows.image_at(end) && rows.ground_at(end) == covered &&
+         (!covered || rows.owner[end] == rows.owner[first]))
+    ++end;
+  return end;
+}
+
+struct Sums {
+  std::int64_t weight = 0, across = 0;
+};
+
+NADIR_CLONES
+Sums sums_of(const std::uint8_t* alpha, int count) {
+  Sums sums;
+  for (int i = 0; i < count; ++i) {
+    sums.weight += alpha[i];
+    sums.across += std::int64_t{alpha[i]} * i;
+  }
+  return sums;
+}
+
+std::optional<cv::Point2d> centre_of(const cv::Mat& alpha) {
+  Sums all;
+  std::int64_t down = 0;
+  for (int row = 0; row < alpha.rows; ++row) {
+    const Sums sums = sums_of(alpha.ptr(row), alpha.cols);
+    all.weight += sums.weight;
+    all.across += sums.across;
+    down += sums.weight * row;
+  }
+  if (all.weight == 0) return std::nullopt;
+  const auto weight = static_cast<double>(all.weight);
+  return cv::Point2d(static_cast<double>(all.across) / weight, static_cast<double>(down) / weight);
 }
 
 }  // namespace
@@ -92,10 +210,7 @@ cv::Vec4b mix(const cv::Vec4b& older, const cv::Vec4b& newer, int share) {
 Outline outline(const cv::Mat& bgra) {
   Outline outline;
   cv::extractChannel(bgra, outline.border, 3);
-  const cv::Moments moments = cv::moments(outline.border);
-  if (moments.m00 > 0) {
-    outline.centre = cv::Point2d(moments.m10 / moments.m00, moments.m01 / moments.m00);
-  }
+  outline.centre = centre_of(outline.border);
   to_border_distance(outline.border);
   return outline;
 }
@@ -103,30 +218,37 @@ Outline outline(const cv::Mat& bgra) {
 bool blend_patch(const Patch& from, Ground onto, cv::Point origin,
                  const std::vector<cv::Point2d>& centres) {
   const auto newest = static_cast<std::int32_t>(centres.size()) - 1;
-  std::int32_t bisected = -1;
-  Bisector bisector(centres.back(), centres.back(), origin);
+  std::vector<std::uint16_t> share(static_cast<std::size_t>(from.bgra.cols));
+  std::vector<std::uint16_t> channels(4 * share.size());
   bool written = false;
   for (int row = 0; row < from.bgra.rows; ++row) {
-    const auto* image = from.bgra.ptr<cv::Vec4b>(row);
-    const auto* image_border = from.border.ptr<std::uint8_t>(row);
-    auto* ground = onto.bgra.ptr<cv::Vec4b>(row);
+    const std::uint8_t* image = from.bgra.ptr(row);
+    std::uint8_t* ground = onto.bgra.ptr(row);
     auto* owner = onto.owner.ptr<std::int32_t>(row);
-    auto* border = onto.border.ptr<std::uint8_t>(row);
-    for (int column = 0; column < from.bgra.cols; ++column) {
-      if (image[column][3] == 0) continue;
-      int part = 256;
-      if (ground[column][3] != 0) {
-        if (owner[column] != bisected) {
-          bisected = owner[column];
-          bisector = Bisector(centres[static_cast<std::size_t>(bisected)], centres.back(), origin);
+    const Rows rows{image, ground, owner};
+    for (int first = 0, end = 0;; first = end) {
+      first = next_seen(from.border.ptr(row), first, from.bgra.cols);
+      if (first == from.bgra.cols) break;
+      end = end_of_run(rows, first, from.bgra.cols);
+      const int count = end - first;
+      const std::uint8_t* image_border = from.border.ptr(row) + first;
+      std::uint8_t* border = onto.border.ptr(row) + first;
+      if (!rows.ground_at(first)) {
+        std::copy(image + 4 * first, image + 4 * end, ground + 4 * first);
+        std::fill(owner + first, owner + end, newest);
+        written = true;
+      } else {
+        const auto older = static_cast<std::size_t>(owner[first]);
+        const Bisector bisector(centres[older], centres.back(), origin);
+        shares(bisector.at(first, row), bisector.step(), image_border, border, count, share.data());
+        if (std::any_of(share.begin(), share.begin() + count, [](auto part) { return part > 0; })) {
+          for_four_channels(share.data(), count, channels.data());
+          mix(ground + 4 * first, image + 4 * first, channels.data(), 4 * count);
+          own(owner + first, newest, share.data(), count);
+          written = true;
         }
-        part = share(bisector(column, row), image_border[column], border[column]);
       }
-      border[column] = std::max(border[column], image_border[column]);
-      if (part == 0) continue;
-      ground[column] = mix(ground[column], image[column], part);
-      if (part > 128) owner[column] = newest;
-      written = true;
+      widen(border, image_border, count);
     }
   }
   return written;

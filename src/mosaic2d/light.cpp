@@ -8,6 +8,8 @@
 #include <opencv2/imgproc.hpp>
 #include <vector>
 
+#include "nadir/core/clones.hpp"
+
 namespace nadir::mosaic2d {
 namespace {
 
@@ -25,6 +27,7 @@ cv::Size cells(cv::Size image) {
 bool worth_updating(int images) { return images <= 16 || images % 8 == 0; }
 
 // The middle of a grey level times the gain, in the 16-bit products compilers vectorise.
+NADIR_CLONES
 void scale(const std::uint8_t* in, const std::uint16_t* gain, std::uint8_t* out, int count) {
   for (int i = 0; i < count; ++i) {
     const auto middle = static_cast<std::uint16_t>((in[i] << 8) + 128);
@@ -54,8 +57,11 @@ cv::Mat gain_of(const cv::Mat& mean_log, int images, cv::Size size) {
 }  // namespace
 
 void LampPattern::learn(const cv::Mat& bgr) {
-  cv::Mat small, log;
-  cv::resize(bgr, small, cells(bgr.size()), 0, 0, cv::INTER_AREA);
+  cv::Mat some, small, log;
+  // Some hundred pixels of a cell tell its mean as well as some thousand.
+  const int divisor = bgr.cols > kCellsAcross * 16 ? 4 : 1;
+  cv::resize(bgr, some, bgr.size() / divisor, 0, 0, cv::INTER_NEAREST);
+  cv::resize(some, small, cells(bgr.size()), 0, 0, cv::INTER_AREA);
   small.convertTo(log, CV_32F);
   cv::log(log + cv::Scalar::all(kDark), log);
   if (mean_log_.size() != log.size() || gain_.size() != bgr.size()) images_ = 0;

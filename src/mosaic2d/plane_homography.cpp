@@ -3,11 +3,16 @@
 #include "plane_homography.hpp"
 
 #include <algorithm>
+#include <array>
+#include <bit>
 #include <cmath>
+#include <cstdint>
+#include <cstring>
 #include <numbers>
 #include <opencv2/imgproc.hpp>
 #include <vector>
 
+#include "nadir/core/clones.hpp"
 #include "nadir/image_io/reduce.hpp"
 
 namespace nadir::mosaic2d {
@@ -54,12 +59,27 @@ class ImageFromRaster {
 constexpr int kOutside = -2;  // px: bilinear weights of the image do not reach so far
 
 // Border pixels are mixed with the nothing outside; what is not wholly image is dropped.
-void keep_opaque(cv::Mat& bgra) {
-  for (int row = 0; row < bgra.rows; ++row) {
-    auto* pixels = bgra.ptr<cv::Vec4b>(row);
-    for (int column = 0; column < bgra.cols; ++column) {
-      if (pixels[column][3] != 255) pixels[column] = {};
-    }
+NADIR_CLONES
+void keep_opaque(std::uint8_t* bgra, int count) {
+  constexpr auto kAlpha = std::bit_cast<std::uint32_t>(std::array<std::uint8_t, 4>{0, 0, 0, 255});
+  for (int i = 0; i < count; ++i) {
+    std::uint32_t pixel;
+    std::memcpy(&pixel, bgra + 4 * i, 4);
+    pixel = (pixel & kAlpha) == kAlpha ? pixel : 0;
+    std::memcpy(bgra + 4 * i, &pixel, 4);
+  }
+}
+
+// Places of one row of a cell in 1/32 px, evenly spaced: whole pixels and the index of fractions.
+NADIR_CLONES
+void fill_row(const Eigen::Vector2i& start, const Eigen::Vector2i& step, int bits, int count,
+              short* pixels, std::uint16_t* fractions) {
+  constexpr int kMask = cv::INTER_TAB_SIZE - 1;
+  for (int i = 0; i < count; ++i) {
+    const int x = (start.x() + i * step.x()) >> bits, y = (start.y() + i * step.y()) >> bits;
+    pixels[2 * i] = static_cast<short>(x >> cv::INTER_BITS);
+    pixels[2 * i + 1] = static_cast<short>(y >> cv::INTER_BITS);
+    fractions[i] = static_cast<std::uint16_t>((y & kMask) * cv::INTER_TAB_SIZE + (x & kMask));
   }
 }
 
@@ -135,19 +155,17 @@ class Warp {
     if (end > 0) resample(cv::Rect(first, top, end - first, rows));
   }
 
-  void set(int row, int column, int x, int y) {
-    constexpr int kMask = cv::INTER_TAB_SIZE - 1;
-    pixels_.ptr<cv::Vec2s>(row)[column] = {static_cast<short>(x >> cv::INTER_BITS),
-                                           static_cast<short>(y >> cv::INTER_BITS)};
-    fractions_.ptr<std::uint16_t>(row)[column] =
-        static_cast<std::uint16_t>((y & kMask) * cv::INTER_TAB_SIZE + (x & kMask));
-  }
-
   void fill_outside(int cell) {
     const cv::Rect area =
         cv::Rect(cell * kLattice, 0, kLattice, kLattice) & cv::Rect({0, 0}, pixels_.size());
     pixels_(area).setTo(cv::Scalar::all(kOutside));
     fractions_(area).setTo(0);
+  }
+
+  void place(int row, int column, const Eigen::Vector2i& start, const Eigen::Vector2i& step,
+             int bits, int count) {
+    fill_row(start, step, bits, count, pixels_.ptr<short>(row) + 2 * column,
+             fractions_.ptr<std::uint16_t>(row) + column);
   }
 
   void fill_exactly(int cell, int top, int rows) {
@@ -157,7 +175,8 @@ class Warp {
       for (int column = cell * kLattice; column < end; ++column) {
         Vector2d p = image_from_raster_(column, top + j).value_or(Vector2d::Constant(kOutside));
         p = p.cwiseMax(kOutside).cwiseMin(most) * cv::INTER_TAB_SIZE;
-        set(j, column, static_cast<int>(std::lround(p.x())), static_cast<int>(std::lround(p.y())));
+        place(j, column, Eigen::Vector2i(cvRound(p.x()), cvRound(p.y())), Eigen::Vector2i::Zero(),
+              0, 1);
       }
     }
   }
@@ -171,10 +190,7 @@ class Warp {
       const Vector2d from = *k.a + down * (*k.c - *k.a), to = *k.b + down * (*k.d - *k.b);
       const Eigen::Vector2i start = (from * kScale).cast<int>() + Eigen::Vector2i::Constant(kHalf);
       const Eigen::Vector2i step = ((to - from) * (kScale / kLattice)).cast<int>();
-      for (int i = 0; i < width; ++i) {
-        set(j, left + i, (start.x() + i * step.x()) >> kScaleBits,
-            (start.y() + i * step.y()) >> kScaleBits);
-      }
+      place(j, left, start, step, kScaleBits, width);
     }
   }
 
@@ -183,7 +199,7 @@ class Warp {
     cv::Mat pixels = raster_(area);
     cv::remap(image_, pixels, pixels_(local), fractions_(local), cv::INTER_LINEAR,
               cv::BORDER_CONSTANT);
-    keep_opaque(pixels);
+    for (int row = 0; row < pixels.rows; ++row) keep_opaque(pixels.ptr(row), pixels.cols);
   }
 
   const cv::Mat& image_;
