@@ -6,7 +6,6 @@ find_package(Eigen3 3.4 REQUIRED NO_MODULE)
 find_package(Ceres 2.1 REQUIRED)                      # odometry
 find_package(PNG REQUIRED)                            # image_io
 find_package(TIFF REQUIRED)                           # image_io
-find_package(ZLIB REQUIRED)                           # record
 find_package(Boost 1.74 REQUIRED)                     # serve (Beast and Asio, header-only)
 find_package(nlohmann_json 3.11 REQUIRED)             # record, app
 find_package(CLI11 REQUIRED)                          # app
@@ -15,7 +14,7 @@ find_package(yaml-cpp 0.7 REQUIRED)                   # calibration
 find_package(pugixml 1.13 REQUIRED)                   # calibration
 find_package(PkgConfig REQUIRED)
 pkg_check_modules(turbojpeg REQUIRED IMPORTED_TARGET libturbojpeg)      # image_io
-pkg_check_modules(deflate REQUIRED IMPORTED_TARGET libdeflate)          # image_io
+pkg_check_modules(deflate REQUIRED IMPORTED_TARGET libdeflate)          # image_io, record
 pkg_check_modules(isal REQUIRED IMPORTED_TARGET libisal)                # image_io
 
 # OpenCV module by module: its own CMake package asks for all of libopencv-dev, of which nadir uses five.

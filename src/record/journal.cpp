@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "journal.hpp"
 
-#include <zlib.h>
+#include <libdeflate.h>
 
 #include <algorithm>
 #include <array>
@@ -37,10 +37,9 @@ std::uint32_t checksum(std::uint32_t size, RecordType type, std::uint64_t sequen
   Encoder covered;
   covered(size, type, sequence);
   const Bytes head = covered.take();
-  const uLong crc = crc32_z(0, head.data(), head.size());
-  // zlib takes a null pointer, which an empty payload may have, as a wish to begin anew.
-  if (payload.empty()) return static_cast<std::uint32_t>(crc);
-  return static_cast<std::uint32_t>(crc32_z(crc, payload.data(), payload.size()));
+  const std::uint32_t crc = libdeflate_crc32(0, head.data(), head.size());
+  // A null pointer, which an empty payload may have, begins anew.
+  return payload.empty() ? crc : libdeflate_crc32(crc, payload.data(), payload.size());
 }
 
 Bytes framed(RecordType type, std::uint64_t sequence, ByteView payload) {

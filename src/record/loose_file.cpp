@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "loose_file.hpp"
 
-#include <zlib.h>
+#include <libdeflate.h>
 
 #include <algorithm>
 #include <cerrno>
@@ -24,9 +24,9 @@ path temporary_name(const path& name) {
 }  // namespace
 
 void Stamp::add(ByteView bytes) {
-  if (bytes.empty()) return;  // may be a null pointer, with which zlib begins anew
+  if (bytes.empty()) return;  // may be a null pointer, which begins anew
   size += bytes.size();
-  crc32 = static_cast<std::uint32_t>(::crc32_z(crc32, bytes.data(), bytes.size()));
+  crc32 = libdeflate_crc32(crc32, bytes.data(), bytes.size());
 }
 
 std::optional<Stamp> stamp_of(const path& file) {
