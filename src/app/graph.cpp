@@ -17,6 +17,7 @@ using pipeline::WhenFull;
 // breath.
 constexpr std::size_t kDepth = 4;
 constexpr std::size_t kRecordDepth = 16;
+constexpr std::size_t kMosaicDepth = 2;  // a projected image and its tiles are tens of MB
 // A long adjustment of the map must not hold up odometry. At --rate max it may: whatever belongs to
 // a shot waits for its revision to be recorded, images too.
 constexpr std::size_t kSettlementDepth = 256;
@@ -100,9 +101,9 @@ Graph::Graph(const Config& config, Rate rate, Ends ends, std::optional<GivenPose
       page_surfaces_(kDepth, WhenFull::wait, page_bell_),
       recorded_clouds_(kRecordDepth, WhenFull::wait, record_bell_),
       page_clouds_(kDepth, WhenFull::wait, page_bell_),
-      recorded_mosaics_(kRecordDepth, WhenFull::wait, record_bell_),
+      recorded_mosaics_(kMosaicDepth, WhenFull::wait, record_bell_),
       page_mosaics_(kDepth, WhenFull::wait, page_bell_),
-      settlements_(rate.kind == Rate::Kind::max ? kRecordDepth : kSettlementDepth, WhenFull::wait),
+      settlements_(rate.kind == Rate::Kind::max ? kDepth : kSettlementDepth, WhenFull::wait),
       recorded_revisions_(kRecordDepth, WhenFull::wait, record_bell_),
       page_revisions_(kDepth, WhenFull::wait, page_bell_),
       page_alerts_(kDepth, WhenFull::wait, page_bell_) {
@@ -163,7 +164,8 @@ void Graph::start_stages() {
       [this] {
         recorded_mosaics_.close();
         page_mosaics_.close();
-      });
+      },
+      [this] { mosaicker_.finish(); });
   projecting_ = std::make_unique<Stage>(
       "projection3d",
       std::vector{feed(projection_surfaces_, [this](Shared<Surface> s) { project(std::move(s)); })},

@@ -137,6 +137,8 @@ void Config::check() const {
 Mosaicker::Mosaicker(const Config& config) : config_(config), state_(std::make_unique<State>()) {}
 Mosaicker::~Mosaicker() = default;
 
+void Mosaicker::finish() { state_->mosaic.reset(); }
+
 MosaicUpdate Mosaicker::process(std::shared_ptr<const Surface> source) {
   MosaicUpdate update;
   update.surface = std::move(source);

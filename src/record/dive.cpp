@@ -130,10 +130,10 @@ std::vector<Alert> Dive::State::make_files(const nlohmann::json& rates) {
   remove_leftovers(disk, folder);
   // Without projected images the tiles stay as they were made, and only their place is corrected.
   if (is_moved(ledger)) {
-    MosaicTiles rebuilt = rebuilt_tiles(folder, ledger);
     std::erase_if(tiles, [&](const auto& tile) {
       return ledger.mosaic_first_image.contains(tile.first.mosaic);
     });
+    MosaicTiles rebuilt = rebuilt_tiles(folder, ledger);
     tiles.merge(rebuilt);
   }
   const Outcome outcome = make_products(disk, folder, ledger, tiles, {}, {});

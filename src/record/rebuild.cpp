@@ -3,6 +3,7 @@
 // Mosaics made again from the projected images.
 #include <fstream>
 #include <iterator>
+#include <optional>
 
 #include "nadir/image_io/decode.hpp"
 #include "nadir/mosaic2d/corrected.hpp"
@@ -27,22 +28,23 @@ bool is_moved(const Ledger& ledger) {
 
 MosaicTiles rebuilt_tiles(const path& dive, Ledger& ledger) {
   const bool moved = is_moved(ledger);
-  std::map<std::uint32_t, mosaic2d::Mosaic> mosaics;
-  for (auto& [number, grid] : ledger.mosaics) {
-    if (!ledger.mosaic_first_image.contains(number)) continue;
-    if (moved) grid = mosaic2d::levelled(grid);
-    mosaics.try_emplace(number, grid);
+  if (moved) {
+    for (auto& [number, grid] : ledger.mosaics) {
+      if (ledger.mosaic_first_image.contains(number)) grid = mosaic2d::levelled(grid);
+    }
   }
   MosaicTiles tiles;
+  std::optional<mosaic2d::Mosaic> mosaic;  // one follows the other
   for (const auto& [file, submap, plane] : ledger.projected) {
-    const auto mosaic = mosaics.find(file.mosaic);
-    if (mosaic == mosaics.end()) continue;
+    const auto grid = ledger.mosaics.find(file.mosaic);
+    if (grid == ledger.mosaics.end()) continue;
+    if (!mosaic || mosaic->grid().mosaic != file.mosaic) mosaic.emplace(grid->second);
     const cv::Mat bgra = read_projected(projected_name(dive, file.image));
     if (bgra.empty()) continue;
     ProjectedImage image{file.image, bgra, file.world};
-    if (moved) image = mosaic2d::aligned(image, mosaic->second.grid());
+    if (moved) image = mosaic2d::aligned(image, grid->second);
     if (image.bgra.empty()) continue;
-    for (const auto& tile : mosaic->second.add(image)) tiles[place_of(*tile)] = tile;
+    for (const auto& tile : mosaic->add(image)) tiles[place_of(*tile)] = tile;
   }
   if (moved) {
     std::erase_if(ledger.tiles, [&](const TilePlace& tile) {
