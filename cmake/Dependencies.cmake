@@ -3,7 +3,7 @@
 # Everything comes from Debian packages; `./dev` installs them. One line each says which room it is for.
 find_package(Threads REQUIRED)
 find_package(Eigen3 3.4 REQUIRED NO_MODULE)
-find_package(Ceres 2.1 REQUIRED)                      # odometry
+find_package(Ceres 2.1 REQUIRED)                      # odometry (self-calibration), revisit
 find_package(PNG REQUIRED)                            # image_io
 find_package(TIFF REQUIRED)                           # image_io
 find_package(Boost 1.74 REQUIRED)                     # serve (Beast and Asio, header-only)

@@ -91,7 +91,8 @@ void print(const Alert& alert) {
 
 int run(const CheckCalibration& verb) {
   Config config = configured(verb.settings);
-  if (!config.reference.attitude) config.odometry.attitude_sigma_deg = 0;
+  if (!config.reference.attitude)
+    config.odometry.attitude_sigma_deg = config.odometry.heading_sigma_deg = 0;
   cv::setNumThreads(1);
   capture::FolderSource source(verb.folder, verb.calibration, config.capture);
   const Oriented found = orient(source, config.odometry);

@@ -17,7 +17,8 @@ using pipeline::WhenFull;
 // breath.
 constexpr std::size_t kDepth = 4;
 constexpr std::size_t kRecordDepth = 16;
-constexpr std::size_t kMosaicDepth = 2;  // a projected image and its tiles are tens of MB
+// At --rate max nothing is lost by waiting, and a projected image and its tiles are tens of MB.
+constexpr std::size_t kMosaicDepth = 2;
 // A long adjustment of the map must not hold up odometry. At --rate max it may: whatever belongs to
 // a shot waits for its revision to be recorded, images too.
 constexpr std::size_t kSettlementDepth = 256;
@@ -38,7 +39,7 @@ reference::SurveyFrame::PlaneOf plane_of(const plane::Config& config) {
 // An AHRS that may not level the survey has no say in odometry either.
 odometry::Config with_attitude_as_wanted(const Config& config) {
   odometry::Config odometry = config.odometry;
-  if (!config.reference.attitude) odometry.attitude_sigma_deg = 0;
+  if (!config.reference.attitude) odometry.attitude_sigma_deg = odometry.heading_sigma_deg = 0;
   return odometry;
 }
 
@@ -101,7 +102,8 @@ Graph::Graph(const Config& config, Rate rate, Ends ends, std::optional<GivenPose
       page_surfaces_(kDepth, WhenFull::wait, page_bell_),
       recorded_clouds_(kRecordDepth, WhenFull::wait, record_bell_),
       page_clouds_(kDepth, WhenFull::wait, page_bell_),
-      recorded_mosaics_(kMosaicDepth, WhenFull::wait, record_bell_),
+      recorded_mosaics_(rate.kind == Rate::Kind::max ? kMosaicDepth : kRecordDepth, WhenFull::wait,
+                        record_bell_),
       page_mosaics_(kDepth, WhenFull::wait, page_bell_),
       settlements_(rate.kind == Rate::Kind::max ? kDepth : kSettlementDepth, WhenFull::wait),
       recorded_revisions_(kRecordDepth, WhenFull::wait, record_bell_),

@@ -117,6 +117,12 @@ std::vector<Setting> make_settings() {
               &odometry::Config::attitude_sigma_deg,
               "1 sigma of the AHRS's roll and pitch, mounting included, in the adjustment; 0: not "
               "used"),
+      setting("odometry.heading_sigma_deg", &Config::odometry, &odometry::Config::heading_sigma_deg,
+              "1 sigma of its heading, beside a slowly varying offset; 0: not used"),
+      setting("odometry.depth_sigma_m", &Config::odometry, &odometry::Config::depth_sigma_m,
+              "1 sigma of the depth sensor, beside a slowly varying offset; 0: not used"),
+      setting("odometry.range_sigma", &Config::odometry, &odometry::Config::range_sigma,
+              "1 sigma of a laser's range, relative, beside a slowly varying offset; 0: not used"),
       setting("odometry.relocalise_key_frames", &Config::odometry,
               &odometry::Config::relocalise_key_frames, "recent key frames searched after a loss"),
       choice<odometry::Config, odometry::OnLost>(

@@ -59,7 +59,7 @@ cv::Mat gain_of(const cv::Mat& mean_log, int images, cv::Size size) {
 void LampPattern::learn(const cv::Mat& bgr) {
   cv::Mat some, small, log;
   // Some hundred pixels of a cell tell its mean as well as some thousand.
-  const int divisor = bgr.cols > kCellsAcross * 16 ? 4 : 1;
+  const int divisor = bgr.cols > kCellsAcross * 40 ? 4 : 1;
   cv::resize(bgr, some, bgr.size() / divisor, 0, 0, cv::INTER_NEAREST);
   cv::resize(some, small, cells(bgr.size()), 0, 0, cv::INTER_AREA);
   small.convertTo(log, CV_32F);

@@ -79,6 +79,7 @@ Alert restart_alert(const Surface& surface, const std::string& why) {
 
 struct Mosaicker::State {
   std::optional<Mosaic> mosaic;
+  bool finished = false;
   std::optional<RestartRule> rule;
   LampPattern lamps;
   bool warned_of_slope = false;
@@ -137,9 +138,13 @@ void Config::check() const {
 Mosaicker::Mosaicker(const Config& config) : config_(config), state_(std::make_unique<State>()) {}
 Mosaicker::~Mosaicker() = default;
 
-void Mosaicker::finish() { state_->mosaic.reset(); }
+void Mosaicker::finish() {
+  state_->finished = true;
+  state_->mosaic.reset();
+}
 
 MosaicUpdate Mosaicker::process(std::shared_ptr<const Surface> source) {
+  NADIR_CHECK(!state_->finished);
   MosaicUpdate update;
   update.surface = std::move(source);
   const Surface& surface = *update.surface;

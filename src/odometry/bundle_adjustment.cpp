@@ -55,11 +55,13 @@ struct Solution {
   Unknowns unknowns;
   int iterations = 0;
   bool converged = false;
+  bool solvable = false;
 };
 
 Solution solve(NormalEquations& equations, const AdjustmentOptions& options) {
   constexpr double kLeastGain = 1e-3;  // of what was expected
-  constexpr double kNothing = 1e-9;    // px2
+  constexpr double kNothing = 1e-9;    // px2; of a cost without noise there is no share to ask for
+  constexpr double kShortened = 1;     // with more damping a small step says nothing
   constexpr double kHopeless = 1e12;
   Solution solution{equations.start()};
   double cost = equations.cost(solution.unknowns);
@@ -72,9 +74,10 @@ Solution solve(NormalEquations& equations, const AdjustmentOptions& options) {
       damping.reject();
       continue;
     }
+    solution.solvable = true;
     const double least = options.tolerance * (cost + kNothing);
     const double decrease = cost - equations.cost(step->there);
-    solution.converged = step->expected <= least;
+    solution.converged = step->expected <= least && damping.value() < kShortened;
     if (decrease > kLeastGain * step->expected) {
       solution.unknowns = std::move(step->there);
       cost -= decrease;
@@ -96,7 +99,7 @@ AdjustmentSummary adjust(Adjustment& a, const CameraRig& rig, const AdjustmentOp
   NormalEquations equations(a, rig, options.robust_px);
   const Solution solution = solve(equations, options);
   AdjustmentSummary result;
-  result.usable = solution.unknowns.is_finite();
+  result.usable = solution.unknowns.is_finite() && (solution.solvable || !equations.has_unknowns());
   result.iterations = solution.iterations;
   result.converged = solution.converged;
   if (result.usable) {

@@ -281,6 +281,8 @@ bool CalibrationBundle::solve(bool free_calibration) {
   options.function_tolerance = 1e-7;
   options.logging_type = ceres::SILENT;
   ceres::Solver::Summary summary;
+  // What a solver could not do is in its summary; the diver's terminal is not its log.
+  [[maybe_unused]] static const int kQuiet = FLAGS_minloglevel = google::GLOG_FATAL;
   ceres::Solve(options, problem_.get(), &summary);
   return summary.IsSolutionUsable();
 }

@@ -30,6 +30,13 @@ void Config::check() const {
   require(attitude_sigma_deg == 0 || (attitude_sigma_deg >= 0.01 && attitude_sigma_deg <= 45),
           "attitude_sigma_deg", attitude_sigma_deg,
           "0.01 to 45 degrees, or 0 to leave the AHRS out");
+  require(heading_sigma_deg == 0 || (heading_sigma_deg >= 0.01 && heading_sigma_deg <= 180),
+          "heading_sigma_deg", heading_sigma_deg,
+          "0.01 to 180 degrees, or 0 to leave the heading out");
+  require(depth_sigma_m == 0 || (depth_sigma_m >= 0.0001 && depth_sigma_m <= 100), "depth_sigma_m",
+          depth_sigma_m, "0.0001 to 100 metres, or 0 to leave the depth out");
+  require(range_sigma == 0 || (range_sigma >= 0.0001 && range_sigma <= 1), "range_sigma",
+          range_sigma, "0.0001 to 1, or 0 to leave the lasers out");
   require(relocalise_key_frames >= 1 && relocalise_key_frames <= 100, "relocalise_key_frames",
           relocalise_key_frames, "1 to 100");
   require(weak_tie_points >= 0, "weak_tie_points", weak_tie_points, "0 or more");

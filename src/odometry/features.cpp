@@ -13,9 +13,10 @@
 namespace nadir::odometry {
 namespace {
 
-constexpr int kDescribedSide = 900;  // px: larger images are described at half size
+// px: larger images are described at half size. Corners only lead to where patches are measured.
+constexpr int kDescribedSide = 900;
 
-constexpr int kPlenty = 4;  // times the wanted corners
+constexpr int kPlenty = 4;  // times the wanted corners, so that few cells lack theirs
 constexpr int kLevels = 3;
 constexpr float kLevelScale = 1.3F;  // altitude changes little between images that overlap
 constexpr int kDescriptorSide = 31;  // px at the corner's level
@@ -156,8 +157,10 @@ cv::Mat small_picture(const cv::Mat& grey) {
   if (grey.cols <= kWidest) return grey;
   const int rows = cvRound(static_cast<double>(grey.rows) * kWidest / grey.cols);
   cv::Mat half = grey, small;
-  while (half.cols >= 2 * kWidest) half = image_io::reduce(half, 2);
-  cv::resize(half, small, {kWidest, rows}, 0, 0, cv::INTER_LINEAR);
+  const auto is_even = [&] { return half.cols % 2 == 0 && half.rows % 2 == 0; };
+  while (half.cols >= 2 * kWidest && is_even()) half = image_io::reduce(half, 2);
+  const int how = half.cols < 2 * kWidest ? cv::INTER_LINEAR : cv::INTER_AREA;
+  cv::resize(half, small, {kWidest, rows}, 0, 0, how);
   return small;
 }
 

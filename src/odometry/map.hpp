@@ -34,6 +34,25 @@ struct MapPoint {
   double rms_px = 0;
 };
 
+/// How far a sensor is off in a map: a mean that changes slowly.
+class SlowOffset {
+ public:
+  void add(double measured) {
+    constexpr int kMemory = 200;  // key frames
+    count_ = std::min(count_ + 1, kMemory);
+    mean_ += (measured - mean_) / count_;
+  }
+  bool is_known() const {
+    constexpr int kEnough = 10;
+    return count_ >= kEnough;
+  }
+  double mean() const { return mean_; }
+
+ private:
+  double mean_ = 0;
+  int count_ = 0;
+};
+
 struct KeyFrame {
   std::uint64_t image = 0;
   Time time = 0;
@@ -42,7 +61,9 @@ struct KeyFrame {
   std::vector<std::uint8_t> picture;  ///< grey JPEG, reduced, once the view is gone
   Features features;                  ///< kept longer than the view, to find recent ground again
   std::vector<int> points;            ///< seen in it
-  std::optional<Eigen::Vector3d> up_in_camera;  ///< by the AHRS
+  std::optional<Eigen::Quaterniond> enu_from_camera;  ///< by the AHRS
+  std::optional<double> height;                       ///< minus the depth below the surface, metres
+  std::vector<Range> ranges;                          ///< by lasers
   double rms_px = 0;
   double depth = 0;  ///< median of its tie points along the optical axis
   double sigma_position = 0, sigma_rotation = 0;  ///< relative to the key frame before it
@@ -58,7 +79,10 @@ struct Map {
   std::uint64_t first_id = 0;  ///< id of points[0] in the dive
   Scale scale;
   SurveyAxes axes = SurveyAxes::none;
-  bool uncertain = false;  ///< placed by attitude and dead reckoning only
+  SlowOffset heading_offset;  ///< radians about z, from the AHRS to the map
+  SlowOffset height_offset;   ///< of the map's z above the surface
+  SlowOffset range_offset;    ///< logarithm of the map's depths over the lasers'
+  bool uncertain = false;     ///< placed by attitude and dead reckoning only
 
   const KeyFrame& last() const { return key_frames.back(); }
   KeyFrame& key_frame(int i) { return key_frames[static_cast<std::size_t>(i)]; }

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "sensor_factors.hpp"
 #include "sighting.hpp"
 #include "triangulation.hpp"
 
@@ -14,13 +15,6 @@ namespace {
 using Eigen::Vector2d, Eigen::Vector3d;
 
 constexpr double kUnknownDisparity = 0.35;  // of the image width, searched when no depth is known
-
-std::optional<Vector3d> up_in_camera(const Frame& frame) {
-  if (!frame.attitude) return std::nullopt;
-  const Vector3d up_in_ned(0, 0, -1);
-  return frame.rig->body_from_camera.conjugate() *
-         (frame.attitude->ned_from_body().conjugate() * up_in_ned);
-}
 
 // Which cells of an image still want a tie point.
 class Coverage {
@@ -173,7 +167,9 @@ void add_key_frame(Map& map, std::shared_ptr<const View> view, const Resection& 
   key_frame.time = view->frame->time;
   key_frame.camera_from_map = resection.camera_from_map;
   key_frame.features = view->features;
-  key_frame.up_in_camera = up_in_camera(*view->frame);
+  key_frame.enu_from_camera = enu_from_camera(*view->frame);
+  if (view->frame->depth) key_frame.height = -*view->frame->depth;
+  key_frame.ranges = view->frame->ranges;
   key_frame.view = std::move(view);
   key_frame.rms_px = resection.rms_px;
   key_frame.depth = map.key_frames.empty() ? 0 : map.last().depth;

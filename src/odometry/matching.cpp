@@ -118,8 +118,10 @@ class Owners {
   std::vector<std::pair<int, double>> owners_;  ///< feature of the first, -1: none; distance
 };
 
+cv::Mat continuous(const cv::Mat& rows) { return rows.isContinuous() ? rows : rows.clone(); }
+
 Pairs distinct_binary(const cv::Mat& first, const cv::Mat& second, double ratio) {
-  const cv::Mat all = second.isContinuous() ? second : second.clone();
+  const cv::Mat all = continuous(second);
   Owners owners(second.rows);
   for (int i = 0; i < first.rows; ++i) {
     const Nearest n = nearest(first.ptr(i), all.ptr(), all.rows);
@@ -156,6 +158,7 @@ Pairs match_descriptors(const cv::Mat& first, const cv::Mat& second, double rati
 Pairs match_near(const cv::Mat& first, const std::vector<Eigen::Vector2d>& expected,
                  const Features& second, double radius_px, int max_distance) {
   Cells cells(second.pixels, radius_px);
+  const cv::Mat all = continuous(second.descriptors);
   Owners owners(second.size());
   std::vector<int> near;
   for (int i = 0; i < first.rows; ++i) {
@@ -166,8 +169,8 @@ Pairs match_near(const cv::Mat& first, const std::vector<Eigen::Vector2d>& expec
       if ((second.pixels[static_cast<std::size_t>(k)] - place).norm() <= radius_px)
         near.push_back(k);
     });
-    const Nearest n = nearest_of(first.ptr(i), second.descriptors.ptr(), near);
-    if (n.distance < max_distance) owners.claim(i, n.index, n.distance);
+    const Nearest n = nearest_of(first.ptr(i), all.ptr(), near);
+    if (n.index >= 0 && n.distance < max_distance) owners.claim(i, n.index, n.distance);
   }
   return owners.pairs();
 }

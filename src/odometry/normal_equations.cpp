@@ -10,8 +10,10 @@
 #include <cmath>
 #include <limits>
 #include <tuple>
+#include <unordered_map>
 
 #include "nadir/core/clones.hpp"
+#include "sensor_errors.hpp"
 
 namespace nadir::odometry {
 namespace {
@@ -23,11 +25,11 @@ using Vector6 = Eigen::Matrix<double, 6, 1>;
 
 constexpr double kNearest = 1e-6;  // in front of a camera
 
-// The cost is in pixels, which tie points hold to a fifth of one.
-constexpr double kTypical_px = 0.2;
-
-// A fixed distance, in pixels per its length: far better known than what is measured.
+// Of a held distance, pixels per map unit: tie points of a camera one unit away hold it to a tenth.
 constexpr double kKnown = 1e4;
+
+// What keeps directions that nothing determines from being solved for, px2.
+constexpr double kFloor = 1e-9;
 
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
@@ -100,7 +102,6 @@ NormalEquations::NormalEquations(const Adjustment& adjustment, const CameraRig& 
                         rig.right->right_from_left.translation};
     focal_[1] = mean_focal(rig.right->camera);
   }
-  for (const auto& image : a_.images) pose_of_.push_back(image.fixed ? -1 : poses_++);
   points_.resize(a_.points.size());
   for (std::size_t i = 0; i < points_.size(); ++i) points_[i].free = !a_.points[i].fixed;
   add_structure();
@@ -114,7 +115,7 @@ void NormalEquations::add_structure() {
     const Camera& camera = (o.right ? right : left)[static_cast<std::size_t>(o.image)];
     const Vector3d x = camera.rotation * at.points[static_cast<std::size_t>(o.point)];
     const double depth = x.z() + camera.translation.z();
-    if (!(depth > kNearest) || !std::isfinite(depth)) continue;
+    if (!(depth > kNearest) || !std::isfinite(depth) || !o.ray.allFinite()) continue;
     seen_.push_back({o.image, o.point, -1, o.right, o.ray, o.weight});
   }
   const auto earlier = [](const Seen& a, const Seen& b) {
@@ -122,10 +123,18 @@ void NormalEquations::add_structure() {
   };
   if (!std::is_sorted(seen_.begin(), seen_.end(), earlier))
     std::stable_sort(seen_.begin(), seen_.end(), earlier);
-  slots_.assign(static_cast<std::size_t>(poses_) * static_cast<std::size_t>(poses_), -1);
+  number_poses();
+  std::unordered_map<std::uint64_t, int> slots;  // of the block of two poses
+  const auto slot = [&](int first, int second) {
+    const auto key = (static_cast<std::uint64_t>(first) << 32) | static_cast<std::uint32_t>(second);
+    const auto [known, is_new] = slots.try_emplace(key, static_cast<int>(block_poses_.size()));
+    if (is_new) block_poses_.emplace_back(first, second);
+    return known->second;
+  };
   for (int pose = 0; pose < poses_; ++pose) slot(pose, pose);
   for (auto s = seen_.begin(); s != seen_.end();) {
     Point& point = points_[static_cast<std::size_t>(s->point)];
+    point.seen = true;
     point.first_cell = static_cast<int>(cells_.size());
     for (const int index = s->point; s != seen_.end() && s->point == index; ++s) {
       const int pose = pose_of_[static_cast<std::size_t>(s->image)];
@@ -135,21 +144,23 @@ void NormalEquations::add_structure() {
       s->cell = static_cast<int>(cells_.size()) - 1;
     }
     point.end_cell = static_cast<int>(cells_.size());
+    point.first_slot = slots_.size();
     for (int i = point.first_cell; i < point.end_cell; ++i) {
       for (int k = i; k < point.end_cell; ++k) {
-        slot(cells_[static_cast<std::size_t>(i)].pose, cells_[static_cast<std::size_t>(k)].pose);
+        slots_.push_back(slot(cells_[static_cast<std::size_t>(i)].pose,
+                              cells_[static_cast<std::size_t>(k)].pose));
       }
     }
   }
 }
 
-int NormalEquations::slot(int first, int second) {
-  int& index = slots_[static_cast<std::size_t>(first * poses_ + second)];
-  if (index < 0) {
-    index = static_cast<int>(block_poses_.size());
-    block_poses_.emplace_back(first, second);
+// An image in which nothing is seen stays where it is.
+void NormalEquations::number_poses() {
+  std::vector<char> sees(a_.images.size(), 0);
+  for (const Seen& s : seen_) sees[static_cast<std::size_t>(s.image)] = 1;
+  for (std::size_t i = 0; i < a_.images.size(); ++i) {
+    pose_of_.push_back(a_.images[i].fixed || sees[i] == 0 ? -1 : poses_++);
   }
-  return index;
 }
 
 Unknowns NormalEquations::start() const {
@@ -200,6 +211,7 @@ double NormalEquations::cost(const Unknowns& at) const {
     const Vector3d up = left[static_cast<std::size_t>(v.image)].rotation * at.up;
     sum += robust(vertical_error(v, up).squaredNorm());
   }
+  for_each_sensor(at, [&](int, int, const SensorError& e) { sum += robust(e.px * e.px); });
   return sum / 2;
 }
 
@@ -211,6 +223,7 @@ void NormalEquations::linearise(const Unknowns& at) {
   add_observations(at);
   hold_distances(at);
   add_verticals(at);
+  add_sensors(at);
 }
 
 NADIR_CLONES
@@ -254,12 +267,12 @@ void NormalEquations::add_observations(const Unknowns& at) {
 }
 
 void NormalEquations::hold_distances(const Unknowns& at) {
+  held_.clear();
   for (std::size_t i = 0; i < a_.images.size(); ++i) {
     if (pose_of_[i] < 0 || !a_.images[i].distance_fixed) continue;
     // Turning the camera about its map's origin changes nothing of the distance.
     const Vector3d along = at.camera_from_map[i].translation.normalized();
-    blocks_[static_cast<std::size_t>(pose_of_[i])].bottomRightCorner<3, 3>() +=
-        kKnown * kKnown * along * along.transpose();
+    held_.emplace_back(pose_of_[i], kKnown * kKnown * along * along.transpose());
   }
 }
 
@@ -288,11 +301,49 @@ void NormalEquations::add_verticals(const Unknowns& at) {
   }
 }
 
+// Calls visit(image, point or -1, error).
+template <class Visit>
+void NormalEquations::for_each_sensor(const Unknowns& at, Visit visit) const {
+  const auto pose = [&](int image) -> const Rigid3& {
+    return at.camera_from_map[static_cast<std::size_t>(image)];
+  };
+  for (const auto& h : a_.headings) visit(h.image, -1, error_of(h, pose(h.image)));
+  for (const auto& h : a_.heights) visit(h.image, -1, error_of(h, pose(h.image)));
+  for (const auto& r : a_.ranges) {
+    const Vector3d& x = at.points[static_cast<std::size_t>(r.point)];
+    visit(r.image, r.point, error_of(r, pose(r.image), x));
+  }
+}
+
+void NormalEquations::add_sensors(const Unknowns& at) {
+  for_each_sensor(at, [&](int image, int index, const SensorError& e) {
+    const double weight = 1 / (1 + e.px * e.px / (robust_px_ * robust_px_));
+    const int pose = pose_of_[static_cast<std::size_t>(image)];
+    if (pose >= 0) {
+      blocks_[static_cast<std::size_t>(pose)] += weight * e.by_pose.transpose() * e.by_pose;
+      gradient_.segment<6>(6 * pose) -= weight * e.px * e.by_pose.transpose();
+    }
+    if (index < 0) return;
+    Point& point = points_[static_cast<std::size_t>(index)];
+    if (!point.free) return;
+    point.normal += weight * e.by_point.transpose() * e.by_point;
+    point.gradient -= weight * e.px * e.by_point.transpose();
+    for (int i = point.first_cell; i < point.end_cell; ++i) {
+      Cell& cell = cells_[static_cast<std::size_t>(i)];
+      if (cell.pose == pose) cell.cross += weight * e.by_pose.transpose() * e.by_point;
+    }
+  });
+}
+
 NADIR_CLONES
 NormalEquations::Reduced NormalEquations::reduce(double damping) const {
   Reduced result{blocks_, gradient_, std::vector<Matrix3d>(points_.size(), Matrix3d::Zero())};
   for (int pose = 0; pose < poses_; ++pose) {
-    result.blocks[static_cast<std::size_t>(pose)].diagonal() *= 1 + damping;
+    auto diagonal = result.blocks[static_cast<std::size_t>(pose)].diagonal();
+    diagonal += damping * (diagonal + Vector6::Constant(kFloor));
+  }
+  for (const auto& [pose, block] : held_) {
+    result.blocks[static_cast<std::size_t>(pose)].bottomRightCorner<3, 3>() += block;
   }
   for (std::size_t i = 0; i < points_.size(); ++i) {
     const Point& point = points_[i];
@@ -301,14 +352,14 @@ NormalEquations::Reduced NormalEquations::reduce(double damping) const {
     normal.diagonal() *= 1 + damping;
     const Matrix3d inverse = inverse_of(normal);
     result.inverse[i] = inverse;
+    std::size_t pair = point.first_slot;
     for (int k = point.first_cell; k < point.end_cell; ++k) {
       const Cell& first = cells_[static_cast<std::size_t>(k)];
       const Matrix63 solved = first.cross * inverse;
       result.gradient.segment<6>(6 * first.pose).noalias() -= solved * point.gradient;
       for (int m = k; m < point.end_cell; ++m) {
         const Cell& second = cells_[static_cast<std::size_t>(m)];
-        const int slot = slots_[static_cast<std::size_t>(first.pose * poses_ + second.pose)];
-        result.blocks[static_cast<std::size_t>(slot)].noalias() -=
+        result.blocks[static_cast<std::size_t>(slots_[pair++])].noalias() -=
             solved * second.cross.transpose();
       }
     }
@@ -421,9 +472,8 @@ int NormalEquations::column_of(int image) const {
 }
 
 int NormalEquations::eliminated() const {
-  return static_cast<int>(std::count_if(points_.begin(), points_.end(), [](const Point& p) {
-    return p.free && p.end_cell > p.first_cell;
-  }));
+  return static_cast<int>(std::count_if(points_.begin(), points_.end(),
+                                        [](const Point& p) { return p.free && p.seen; }));
 }
 
 }  // namespace nadir::odometry

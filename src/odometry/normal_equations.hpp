@@ -47,9 +47,10 @@ class NormalEquations {
   /// vertical follows where it is free. The upper triangle counts.
   Eigen::MatrixXd reduced() const;
 
-  /// First column of an image, -1 when it is fixed.
+  /// First column of an image, -1 when it is fixed or sees nothing.
   int column_of(int image) const;
-  /// Tie points the reduced equations account for.
+  bool has_unknowns() const { return unknowns() > 0 || eliminated() > 0; }
+  /// Free tie points that are seen.
   int eliminated() const;
 
  private:
@@ -65,8 +66,9 @@ class NormalEquations {
     double weight = 1;
   };
   struct Point {
-    bool free = false;
+    bool free = false, seen = false;
     int first_cell = 0, end_cell = 0;
+    std::size_t first_slot = 0;
     Eigen::Matrix3d normal;
     Eigen::Vector3d gradient;
   };
@@ -90,9 +92,12 @@ class NormalEquations {
   std::vector<Camera> right_cameras(const std::vector<Camera>& left) const;
   double robust(double squares) const;  ///< Cauchy's loss of them
   void add_structure();
-  int slot(int first, int second);
+  void number_poses();
   void add_observations(const Unknowns& at);
   void add_verticals(const Unknowns& at);
+  template <class Visit>
+  void for_each_sensor(const Unknowns& at, Visit visit) const;
+  void add_sensors(const Unknowns& at);
   void hold_distances(const Unknowns& at);
   Reduced reduce(double damping) const;
   std::optional<Eigen::VectorXd> solve(const Reduced& reduced, double damping) const;
@@ -112,10 +117,11 @@ class NormalEquations {
   std::vector<Cell> cells_;
   std::vector<int> pose_of_;  ///< by image; -1: fixed
   int poses_ = 0;
-  std::vector<int> slots_;  ///< of the block of two poses, the first not after the second; -1: none
-  std::vector<std::pair<int, int>> block_poses_;
+  std::vector<std::pair<int, int>> block_poses_;  ///< the first not after the second
+  std::vector<int> slots_;                        ///< block of each pair of cells, point by point
 
   std::vector<Matrix6> blocks_;
+  std::vector<std::pair<int, Eigen::Matrix3d>> held_;  ///< distances of poses
   std::vector<Matrix62> by_up_;
   Eigen::Matrix2d up_normal_;
   Eigen::Matrix<double, 3, 2> up_tangent_;

@@ -29,7 +29,12 @@ Eigen::Matrix<double, 6, 6> adjoint(const Rigid3& pose) {
 
 std::optional<PoseCovariance> PoseCovariance::of(const Adjustment& a, const CameraRig& rig,
                                                  double robust_px) {
-  NormalEquations equations(a, rig, robust_px);
+  Adjustment tie_points = a;  // what sensors add is little, and their unit weight is another
+  tie_points.verticals.clear();
+  tie_points.headings.clear();
+  tie_points.heights.clear();
+  tie_points.ranges.clear();
+  NormalEquations equations(tie_points, rig, robust_px);
   equations.linearise(equations.start());
   double squares = 0, weights = 0;
   for (const auto& o : a.observations) {
@@ -42,10 +47,15 @@ std::optional<PoseCovariance> PoseCovariance::of(const Adjustment& a, const Came
   const auto unknown = static_cast<double>(normal.rows() + 3 * equations.eliminated());
   if (normal.rows() == 0 || weights <= unknown) return std::nullopt;
   const Eigen::LDLT<MatrixXd> solver(normal);
-  if (solver.info() != Eigen::Success || !solver.isPositive()) return std::nullopt;
+  constexpr double kUndetermined = 1e-12;
+  const Eigen::VectorXd pivots = solver.vectorD();
+  if (solver.info() != Eigen::Success || !(pivots.minCoeff() > kUndetermined * pivots.maxCoeff()))
+    return std::nullopt;
   PoseCovariance result;
   for (int i = 0; i < static_cast<int>(a.images.size()); ++i) {
     result.column_of_.push_back(equations.column_of(i));
+    const bool held = a.images[static_cast<std::size_t>(i)].fixed;
+    if (result.column_of_.back() < 0 && !held) return std::nullopt;
   }
   const double unit = squares / (weights - unknown);
   result.covariance_ = unit * solver.solve(MatrixXd::Identity(normal.rows(), normal.rows()));

@@ -10,8 +10,8 @@
 
 namespace nadir::odometry {
 
-/// From the normal equations at the solution, tie points eliminated, weights as the robust loss saw
-/// them, the unit weight from the residuals.
+/// From the normal equations at the solution, tie points eliminated, sensors left out, weights as
+/// the robust loss saw them, the unit weight from the residuals.
 class PoseCovariance {
  public:
   using Matrix6 = Eigen::Matrix<double, 6, 6>;

@@ -235,8 +235,9 @@ std::optional<Resection> sharpen(const Map& map, const View& view, const Rough& 
                                  const Config& config) {
   if (rough.inliers < kMinCoarse) return std::nullopt;
   // The wide search only has to bring the pose within the narrow one.
-  constexpr std::size_t kEnough = 40;
-  auto result = measure(map, view, rough.camera_from_map, 6, config.tie_points / 3);
+  constexpr int kFew = 100;
+  constexpr std::size_t kEnough = 40;  // twice what an accepted pose needs
+  auto result = measure(map, view, rough.camera_from_map, 6, std::max(kFew, config.tie_points / 3));
   if (!result || result->seen.size() < kEnough)
     result = measure(map, view, rough.camera_from_map, 6, config.tie_points);
   if (!result) return result;

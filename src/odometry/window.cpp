@@ -9,6 +9,7 @@
 #include "nadir/core/key_frame.hpp"
 #include "nadir/image_io/encode.hpp"
 #include "pose_covariance.hpp"
+#include "sensor_factors.hpp"
 
 namespace nadir::odometry {
 namespace {
@@ -50,17 +51,6 @@ void estimate_sigmas(const Adjustment& a, const std::vector<int>& key_frames, Ma
     key_frame.sigma_rotation = kSharedErrors * std::sqrt(relative.topLeftCorner<3, 3>().trace());
     key_frame.sigma_position =
         kSharedErrors * std::sqrt(relative.bottomRightCorner<3, 3>().trace());
-  }
-}
-
-// Roll and pitch of the key frames, the held ones too: of the map's own vertical, which may be its
-// seabed's and not the AHRS's, only the differences count.
-void add_verticals(const Map& map, const std::vector<int>& key_frames, const Config& config,
-                   Adjustment& a) {
-  for (std::size_t i = 0; i < key_frames.size(); ++i) {
-    const auto& up = map.key_frame(key_frames[i]).up_in_camera;
-    if (!up) continue;
-    a.verticals.push_back({static_cast<int>(i), *up, config.attitude_sigma_deg * M_PI / 180});
   }
 }
 
@@ -114,7 +104,7 @@ AdjustmentSummary adjust_window(Map& map, int window, int fixed, const Config& c
       if (s.right_ray) a.observations.push_back({image(s.key_frame), index, true, *s.right_ray});
     }
   }
-  if (config.attitude_sigma_deg > 0) add_verticals(map, images, config, a);
+  add_sensor_factors(map, images, points, config, a);
   const AdjustmentSummary summary = adjust(a, *map.rig);
   if (!summary.usable) return summary;
   for (std::size_t i = 0; i < a.images.size(); ++i) {
@@ -161,7 +151,10 @@ AdjustmentSummary adjust_window(Map& map, int window, int fixed, const Config& c
 Settled retire(Map& map, const Config& config) {
   const int count = static_cast<int>(map.key_frames.size());
   const int view_end = count - config.window;
-  for (int k = view_end - 1; k >= 0 && map.key_frame(k).view; --k) let_view_die(map.key_frame(k));
+  for (int k = view_end - 1; k >= 0 && map.key_frame(k).view; --k) {
+    learn_offsets(map, map.key_frame(k), k);
+    let_view_die(map.key_frame(k));
+  }
   return settle(map, count - std::max(config.window, config.relocalise_key_frames));
 }
 

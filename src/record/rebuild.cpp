@@ -1,7 +1,9 @@
 // SPDX-FileCopyrightText: nadir contributors
 // SPDX-License-Identifier: Apache-2.0
 // Mosaics made again from the projected images.
+#include <algorithm>
 #include <fstream>
+#include <functional>
 #include <iterator>
 #include <optional>
 
@@ -34,7 +36,10 @@ MosaicTiles rebuilt_tiles(const path& dive, Ledger& ledger) {
     }
   }
   MosaicTiles tiles;
-  std::optional<mosaic2d::Mosaic> mosaic;  // one follows the other
+  // One mosaic follows the other, so that one at a time is held.
+  std::ranges::stable_sort(ledger.projected, std::less(),
+                           [](const auto& p) { return p.file.mosaic; });
+  std::optional<mosaic2d::Mosaic> mosaic;
   for (const auto& [file, submap, plane] : ledger.projected) {
     const auto grid = ledger.mosaics.find(file.mosaic);
     if (grid == ledger.mosaics.end()) continue;

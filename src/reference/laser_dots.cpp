@@ -272,6 +272,23 @@ std::optional<LaserDots> find_laser_dots(const Frame& frame, const Lasers& laser
   return best;
 }
 
+// How far a dot moves with the distance along its beam says how well the distance is known.
+std::vector<Range> ranges_of(const LaserDots& dots, const calibration::Lasers& lasers,
+                             const CameraModel& camera) {
+  constexpr double kDot_px = 0.2;
+  const std::array<Beam, 2> beams = beams_of(lasers);
+  std::vector<Range> ranges;
+  for (std::size_t i = 0; i < beams.size(); ++i) {
+    const LaserDot& dot = dots.dots[i];
+    const double depth = beams[i].at(dot.distance).z();
+    const Eigen::Vector3d& along = beams[i].direction;
+    const Eigen::Vector2d by_distance = (along.head<2>() - dot.ray * along.z()) / depth;
+    const double moved_px = 0.5 * (camera.fx + camera.fy) * by_distance.norm() * dot.distance;
+    if (depth > 0 && moved_px > 0) ranges.push_back({dot.ray, depth, kDot_px / moved_px});
+  }
+  return ranges;
+}
+
 void mask_laser_dots(const LaserDots& dots, cv::Mat& mask) {
   NADIR_CHECK(mask.type() == CV_8UC1, mask.type());
   for (const LaserDot& dot : dots.dots) {

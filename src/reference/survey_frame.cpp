@@ -200,6 +200,7 @@ std::shared_ptr<const Shot> SurveyFrame::mark(std::shared_ptr<const Shot> shot) 
     lasers_->observe(*dots);
     Frame frame = *shot->frame;
     for (const LaserDot& dot : dots->dots) frame.hidden.push_back({dot.pixel, dot.radius_px});
+    frame.ranges = ranges_of(*dots, *beams_, frame.rig->left);
     marked.frame = std::make_shared<const Frame>(std::move(frame));
   }
   return std::make_shared<const Shot>(std::move(marked));

@@ -4,6 +4,7 @@
 
 #include <ceres/ceres.h>
 #include <ceres/rotation.h>
+#include <glog/logging.h>
 
 #include <array>
 #include <cmath>
@@ -88,6 +89,8 @@ bool optimise(std::vector<Similarity3>& poses, const std::vector<Edge>& edges,
   options.num_threads = 1;
   options.logging_type = ceres::SILENT;
   ceres::Solver::Summary summary;
+  // What a solver could not do is in its summary; the diver's terminal is not its log.
+  [[maybe_unused]] static const int kQuiet = FLAGS_minloglevel = google::GLOG_FATAL;
   ceres::Solve(options, &problem, &summary);
   if (!summary.IsSolutionUsable()) return false;
   std::vector<Similarity3> solved;

@@ -4,6 +4,8 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <cmath>
 #include <opencv2/core.hpp>
 #include <random>
 
@@ -168,6 +170,64 @@ TEST(Mosaic, RefusesAnImageOfAnotherRaster) {
   ProjectedImage coarser = image_at(0, 0, uniform(10, 10, 1));
   coarser.world.a *= 2;
   EXPECT_THROW(mosaic.add(coarser), ContractError);
+}
+
+// What blend_patch does, pixel by pixel: the newer image's share by the distances alone.
+void blend_by_definition(const Patch& from, Ground& onto, cv::Point origin,
+                         const std::vector<cv::Point2d>& centres) {
+  constexpr double kFeather = 16;
+  for (int row = 0; row < from.bgra.rows; ++row) {
+    for (int column = 0; column < from.bgra.cols; ++column) {
+      const auto image = from.bgra.at<cv::Vec4b>(row, column);
+      auto& ground = onto.bgra.at<cv::Vec4b>(row, column);
+      auto& owner = onto.owner.at<std::int32_t>(row, column);
+      auto& border = onto.border.at<std::uint8_t>(row, column);
+      const int own_border = from.border.at<std::uint8_t>(row, column);
+      if (image[3] == 0) continue;
+      double share = 1;
+      if (ground[3] != 0) {
+        const cv::Point2d older = centres[static_cast<std::size_t>(owner)];
+        const cv::Point2d step = centres.back() - older;
+        const double length = std::hypot(step.x, step.y);
+        const cv::Point2d at = cv::Point2d(origin + cv::Point(column, row));
+        double x =
+            length < 1 ? -kFeather : (at - (older + centres.back()) * 0.5).dot(step) / length;
+        x = std::max(x, own_border - border - kFeather);
+        x = std::min(x, own_border - kFeather);
+        share = (std::clamp(x, -kFeather, kFeather) + kFeather) / (2 * kFeather);
+      }
+      border = std::max(border, static_cast<std::uint8_t>(own_border));
+      for (int c = 0; c < 3; ++c) {
+        ground[c] = cv::saturate_cast<std::uint8_t>((1 - share) * ground[c] + share * image[c]);
+      }
+      ground[3] = 255;
+      if (share > 0.5) owner = static_cast<std::int32_t>(centres.size()) - 1;
+    }
+  }
+}
+
+// Owners that change from column to column, bare ground, holes, rows of any length and place. A
+// share is cut to 1/256, and the seam where it is one half may lie a pixel off.
+TEST(Blending, IsWhatEachPixelsDistancesSay) {
+  std::mt19937 random(11);
+  for (const int width : {1, 7, 8, 15, 16, 17, 33, 100}) {
+    const cv::Size size(width, 40);
+    const std::vector<cv::Point2d> centres{{10.3, 5.2}, {60.1, 30.7}, {35, 80}, {20.6, 22.4}};
+    const cv::Mat whole = speckled(width + 9, 50, 3, 6);
+    Patch from{whole(cv::Rect({5, 4}, size)), outline(whole).border(cv::Rect({5, 4}, size))};
+    Ground fast{speckled(width, 40, 4, 4), cv::Mat(size, CV_32SC1), cv::Mat(size, CV_8UC1)};
+    for (auto& owner : cv::Mat_<std::int32_t>(fast.owner)) owner = static_cast<int>(random() % 3);
+    fast.owner.colRange(width / 2, width) = cv::Scalar(1);
+    for (auto& border : cv::Mat_<std::uint8_t>(fast.border)) {
+      border = static_cast<std::uint8_t>(random() % 33);
+    }
+    Ground slow{fast.bgra.clone(), fast.owner.clone(), fast.border.clone()};
+    blend_patch(from, fast, {12, 9}, centres);
+    blend_by_definition(from, slow, {12, 9}, centres);
+    EXPECT_LE(cv::norm(fast.bgra, slow.bgra, cv::NORM_INF), 2) << width;
+    EXPECT_EQ(cv::norm(fast.border, slow.border, cv::NORM_INF), 0) << width;
+    EXPECT_LE(cv::countNonZero(fast.owner != slow.owner), width * 40 / 50 + 1) << width;
+  }
 }
 
 TEST(Outline, MeasuresTheCityBlockDistanceToTheBorder) {

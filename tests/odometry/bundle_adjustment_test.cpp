@@ -7,6 +7,7 @@
 #include <cmath>
 #include <random>
 
+#include "normal_equations.hpp"
 #include "odometry/ground.hpp"
 
 namespace nadir::odometry {
@@ -140,6 +141,18 @@ TEST(BundleAdjustment, ChangesNothingWhenTheInputIsNoNumber) {
   }
 }
 
+TEST(BundleAdjustment, LeavesOutWhatIsNoNumber) {
+  Scene s = scene(small_rig(), 0, 2);
+  s.start.observations[7].ray.y() = std::nan("");
+  s.start.images.push_back({s.truth.images[4].camera_from_map, false, false});  // sees nothing
+  const Rigid3 unseen = s.start.images.back().camera_from_map;
+  const auto summary = adjust(s.start, small_rig(), {1.0, 50});
+  EXPECT_TRUE(summary.usable && summary.converged);
+  EXPECT_EQ(s.start.images.back().camera_from_map.translation, unseen.translation);
+  s.start.images.pop_back();
+  EXPECT_LT(position_error(s.start, s.truth), 1e-6);
+}
+
 TEST(BundleAdjustment, AcceptsAnEmptyProblem) {
   Adjustment a;
   a.images = {{{}, false, false}};
@@ -233,6 +246,124 @@ TEST(BundleAdjustment, VerticalsWeighLittleAgainstManyTiePoints) {
   s.start.up_in_map = Vector3d::UnitZ();
   ASSERT_TRUE(adjust(s.start, small_rig()).usable);
   EXPECT_LT(position_error(s.start, s.truth), 0.007);  // as without
+}
+
+// A noisy scene with what sensors say of its free images, without error.
+struct Sensed {
+  Scene scene;
+  Adjustment with_heights, with_headings;
+};
+
+Sensed sensed() {
+  Sensed s{scene(small_rig(), 3, 2), {}, {}};
+  s.with_heights = s.with_headings = s.scene.start;
+  for (int i = 2; i < 5; ++i) {
+    const Rigid3& pose = s.scene.truth.images[static_cast<std::size_t>(i)].camera_from_map;
+    s.with_heights.heights.push_back({i, pose.inverse().translation.z(), 0.0002});
+    s.with_headings.headings.push_back({i, pose.rotation.conjugate(), 0.0002});
+  }
+  return s;
+}
+
+double height_error(const Adjustment& a, const Adjustment& b) {
+  double largest = 0;
+  for (std::size_t i = 0; i < a.images.size(); ++i) {
+    const double one = a.images[i].camera_from_map.inverse().translation.z();
+    const double other = b.images[i].camera_from_map.inverse().translation.z();
+    largest = std::max(largest, std::abs(one - other));
+  }
+  return largest;
+}
+
+double heading_error(const Adjustment& a, const Adjustment& b) {
+  double largest = 0;
+  for (std::size_t i = 0; i < a.images.size(); ++i) {
+    const auto turn =
+        a.images[i].camera_from_map.rotation.conjugate() * b.images[i].camera_from_map.rotation;
+    largest = std::max(largest, std::abs(2 * std::atan2(turn.z(), turn.w())));
+  }
+  return largest;
+}
+
+TEST(BundleAdjustment, HeightsHoldTheHeight) {
+  Sensed s = sensed();
+  ASSERT_TRUE(adjust(s.scene.start, small_rig(), {1.0, 50}).usable);
+  ASSERT_TRUE(adjust(s.with_heights, small_rig(), {1.0, 50}).usable);
+  EXPECT_GT(height_error(s.scene.start, s.scene.truth), 0.002);
+  EXPECT_LT(height_error(s.with_heights, s.scene.truth), 3 * 0.0002);
+}
+
+TEST(BundleAdjustment, HeadingsHoldTheHeading) {
+  Sensed s = sensed();
+  ASSERT_TRUE(adjust(s.scene.start, small_rig(), {1.0, 50}).usable);
+  ASSERT_TRUE(adjust(s.with_headings, small_rig(), {1.0, 50}).usable);
+  EXPECT_GT(heading_error(s.scene.start, s.scene.truth), 0.002);
+  EXPECT_LT(heading_error(s.with_headings, s.scene.truth), 3 * 0.0002);
+}
+
+TEST(BundleAdjustment, RangesHoldTheScaleOfASingleCamera) {
+  Scene s = scene(small_rig(), 0.1, 1);
+  const Rigid3 first = s.truth.images[0].camera_from_map;
+  for (auto& image : s.start.images) {
+    const Rigid3 first_from_camera = first * image.camera_from_map.inverse();
+    image.camera_from_map =
+        Rigid3{first_from_camera.rotation, 1.05 * first_from_camera.translation}.inverse() * first;
+  }
+  for (auto& point : s.start.points) {
+    point.x_in_map = first.inverse() * (1.05 * (first * point.x_in_map));
+  }
+  for (std::size_t k = 0; k < s.start.observations.size(); k += 20) {
+    const auto& o = s.start.observations[k];
+    const auto image = static_cast<std::size_t>(o.image), point = static_cast<std::size_t>(o.point);
+    const double depth =
+        (s.truth.images[image].camera_from_map * s.truth.points[point].x_in_map).z();
+    s.start.ranges.push_back({o.image, o.point, depth, 0.005});
+  }
+  ASSERT_TRUE(adjust(s.start, small_rig(), {1.0, 100}).usable);
+  EXPECT_LT(position_error(s.start, s.truth), 0.005);
+}
+
+// As a Gauss-Newton step does near the solution; with a wrong derivative it would not.
+TEST(BundleAdjustment, FallsAsItsDerivativesSay) {
+  for (const CameraRig& rig : {small_rig(), small_pair()}) {
+    Scene s = scene(rig, 0.1, 1);
+    for (int i = 1; i < 5; ++i) {
+      const Rigid3& pose = s.truth.images[static_cast<std::size_t>(i)].camera_from_map;
+      s.start.verticals.push_back({i, pose.rotation * Vector3d::UnitZ(), 0.002});
+      s.start.headings.push_back({i, pose.rotation.conjugate(), 0.002});
+      s.start.heights.push_back({i, pose.inverse().translation.z(), 0.002});
+    }
+    for (std::size_t k = 0; k < s.start.observations.size(); k += 5) {
+      const auto& o = s.start.observations[k];
+      const auto image = static_cast<std::size_t>(o.image);
+      const auto point = static_cast<std::size_t>(o.point);
+      const double depth =
+          (s.truth.images[image].camera_from_map * s.truth.points[point].x_in_map).z();
+      s.start.ranges.push_back({o.image, o.point, depth, 0.002});
+    }
+    ASSERT_TRUE(adjust(s.start, rig, {1e3, 50, 1e-12}).usable);
+    NormalEquations equations(s.start, rig, 1e3);
+    std::mt19937 random(5);
+    std::normal_distribution<double> normal;
+    const auto vector = [&] { return Vector3d(normal(random), normal(random), normal(random)); };
+    for (int trial = 0; trial < 5; ++trial) {
+      Unknowns near = equations.start();
+      for (std::size_t i = 1; i < near.camera_from_map.size(); ++i) {
+        const Vector3d turn = 1e-5 * vector();
+        near.camera_from_map[i] =
+            Rigid3{Eigen::Quaterniond(Eigen::AngleAxisd(turn.norm(), turn.normalized())),
+                   1e-5 * vector()} *
+            near.camera_from_map[i];
+      }
+      for (auto& x : near.points) x += 1e-5 * vector();
+      near.up = (near.up + 1e-5 * vector()).normalized();
+      equations.linearise(near);
+      const auto step = equations.step(near, 1e-9);
+      ASSERT_TRUE(step);
+      const double fallen = equations.cost(near) - equations.cost(step->there);
+      EXPECT_NEAR(fallen / step->expected, 1, 0.01);
+    }
+  }
 }
 
 }  // namespace

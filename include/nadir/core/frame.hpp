@@ -33,6 +33,13 @@ struct Disc {
   double radius_px = 0;
 };
 
+/// How far the ground is along a ray of the left camera, as a laser shows it.
+struct Range {
+  Eigen::Vector2d ray = Eigen::Vector2d::Zero();  ///< x/z, y/z, undistorted
+  double depth = 0;                               ///< along the optical axis, metres
+  double sigma = 0;                               ///< relative
+};
+
 /// A decoded image or pair at the processed scale. Pixel data are never written after publication.
 struct Frame {
   std::uint64_t image = 0;  ///< index in input order
@@ -43,6 +50,7 @@ struct Frame {
   cv::Mat grey;              ///< CV_8UC1 of the left camera
   cv::Mat right;             ///< CV_8UC1 of the right camera; empty when mono
   std::vector<Disc> hidden;  ///< where colour shows no seabed but the dots of lasers
+  std::vector<Range> ranges;
   std::optional<Attitude> attitude;
   std::optional<double> depth;     ///< metres below the surface
   std::optional<double> altitude;  ///< metres to the seabed along the sounder

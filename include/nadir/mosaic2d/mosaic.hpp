@@ -31,7 +31,7 @@ class Mosaic {
 
   /// Blends an image in; returns the tiles that changed, row by row. The image must be CV_8UC4 and
   /// north up on the grid's raster: its world file within 1/100 px of a pixel, the same sampling
-  /// distance. Pixels with alpha 0 are ignored, others are taken as opaque.
+  /// distance. Its alpha is 0, which is ignored, or 255.
   std::vector<std::shared_ptr<const Tile>> add(const ProjectedImage& image);
 
   /// The factor per channel (B, G, R) that brings an image to the mean of what the mosaic already

@@ -5,6 +5,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <Eigen/Geometry>
 #include <optional>
 #include <vector>
 
@@ -37,10 +38,32 @@ struct Adjustment {
     Eigen::Vector3d up_in_camera;
     double sigma = 0;  ///< radians
   };
+  /// What an AHRS says of one image: where it looks about up, the map's z.
+  struct Heading {
+    int image = 0;
+    Eigen::Quaterniond map_from_camera;
+    double sigma = 0;  ///< radians
+  };
+  /// What a depth sensor says of one image.
+  struct Height {
+    int image = 0;
+    double z = 0;      ///< of the camera in the map
+    double sigma = 0;  ///< map units
+  };
+  /// What a laser says of a point near its dot.
+  struct Range {
+    int image = 0;
+    int point = 0;
+    double depth = 0;  ///< along the optical axis of the left camera, map units
+    double sigma = 0;  ///< relative
+  };
   std::vector<Image> images;
   std::vector<Point> points;
   std::vector<Observation> observations;
   std::vector<Vertical> verticals;
+  std::vector<Heading> headings;
+  std::vector<Height> heights;
+  std::vector<Range> ranges;  ///< of points observed in their image
   /// None: found from the verticals, of which then only the differences count.
   std::optional<Eigen::Vector3d> up_in_map;
 };

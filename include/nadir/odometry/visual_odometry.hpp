@@ -25,6 +25,10 @@ struct Config {
   double key_frame_shift = 0.10;  ///< image motion that makes a key frame, of the shorter side
   double min_parallax_deg = 1.2;  ///< intersection angle a new tie point needs
   double attitude_sigma_deg = 2;  ///< of the AHRS's roll and pitch, mounting included; 0: not used
+  double heading_sigma_deg = 5;   ///< of its heading beside a slowly varying offset; 0: not used
+  double depth_sigma_m = 0.05;    ///< of the depth sensor beside such an offset; 0: not used
+  double range_sigma = 0.02;  ///< of a laser's range beside one, relative, ground between included;
+                              ///< 0: not used
   int relocalise_key_frames = 6;  ///< recent key frames searched after a loss
   OnLost on_lost = OnLost::submap;
 

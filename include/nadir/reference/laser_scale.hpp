@@ -45,6 +45,10 @@ struct LaserDots {
 /// or the image is grey. `lasers` must be without fault.
 std::optional<LaserDots> find_laser_dots(const Frame& frame, const calibration::Lasers& lasers);
 
+/// How far the ground is at the dots, with what their uncertainty makes of it.
+std::vector<Range> ranges_of(const LaserDots& dots, const calibration::Lasers& lasers,
+                             const CameraModel& camera);
+
 /// Clears the discs of the dots in a mask (CV_8UC1, of the frame's size).
 void mask_laser_dots(const LaserDots& dots, cv::Mat& mask);
 
