@@ -8,8 +8,17 @@
 
 namespace nadir::odometry {
 
+/// Tie points looked for in the right image of a key frame, and found where its pose puts them.
+struct InRight {
+  int looked_for = 0, found = 0;
+};
+
 /// Appends the key frame with its sightings; in a pair each is looked up in the right image too.
-void add_key_frame(Map& map, std::shared_ptr<const View> view, const Resection& resection);
+/// One that shows something else (frozen, of another moment, knocked) is left out.
+InRight add_key_frame(Map& map, std::shared_ptr<const View> view, const Resection& resection);
+
+/// Enough was looked for, and too little found.
+bool is_foreign(const InRight& right);
 
 /// New tie points: in a pair from left and right image of the last key frame, else from earlier key
 /// frames of the window and the last one.

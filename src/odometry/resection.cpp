@@ -27,7 +27,8 @@ constexpr int kSureRelative = 40;  // corners that make fewer tie points enough
 constexpr int kMinTiePointsOfRelative = 8;
 constexpr int kMinTiePointsOfBlobs = 12;
 constexpr int kMinTiePoints = 20;       // sub-pixel, of an accepted pose
-constexpr double kMinShareSeen = 0.15;  // of the expected ones
+constexpr double kMinShareSeen = 0.15;  // of the expected ones, where the motion so far leads
+constexpr double kMinShareFar = 0.5;    // far from there, or after a loss
 constexpr double kCoarseTolerance_px = 4.0;
 constexpr double kFineTolerance_px = 2.0;
 constexpr double kRatio = 0.85;
@@ -223,16 +224,29 @@ std::optional<Resection> measure(const Map& map, const View& view, const Rigid3&
   return result;
 }
 
-bool acceptable(const Resection& r, const Rough& rough) {
+// Other ground may look alike in a part of the image: the farther a pose is from the predicted one,
+// the more of what it should see must be seen. Poses of one piece see half and more even there.
+double share_needed(const Map& map, const Resection& r, const std::optional<Rigid3>& predicted,
+                    Effort effort) {
+  constexpr double kNear = 0.15, kFar = 0.35;  // of the distance to the ground
+  if (!predicted) return effort == Effort::thorough ? kMinShareFar : kMinShareSeen;
+  const Vector3d step = r.camera_from_map.inverse().translation - predicted->inverse().translation;
+  const double away = step.norm() / map.last().depth;
+  const double part = std::clamp((away - kNear) / (kFar - kNear), 0.0, 1.0);
+  return kMinShareSeen + part * (kMinShareFar - kMinShareSeen);
+}
+
+bool acceptable(const Resection& r, const Rough& rough, double min_share) {
   const int wanted = rough.corners >= kSureRelative ? kMinTiePointsOfRelative
                      : rough.blobs >= kSureRelative ? kMinTiePointsOfBlobs
                                                     : kMinTiePoints;
   return static_cast<int>(r.seen.size()) >= wanted &&
-         static_cast<double>(r.seen.size()) >= kMinShareSeen * r.expected;
+         static_cast<double>(r.seen.size()) >= min_share * r.expected;
 }
 
 std::optional<Resection> sharpen(const Map& map, const View& view, const Rough& rough,
-                                 const Config& config) {
+                                 const std::optional<Rigid3>& predicted, const Config& config,
+                                 Effort effort) {
   if (rough.inliers < kMinCoarse) return std::nullopt;
   // The wide search only has to bring the pose within the narrow one.
   constexpr int kFew = 100;
@@ -242,7 +256,9 @@ std::optional<Resection> sharpen(const Map& map, const View& view, const Rough& 
     result = measure(map, view, rough.camera_from_map, 6, config.tie_points);
   if (!result) return result;
   auto again = measure(map, view, result->camera_from_map, 2, config.tie_points);
-  return again && acceptable(*again, rough) ? again : std::nullopt;
+  if (!again || !acceptable(*again, rough, share_needed(map, *again, predicted, effort)))
+    return std::nullopt;
+  return again;
 }
 
 }  // namespace
@@ -267,7 +283,7 @@ ResectionResult resect(const Map& map, const View& view, std::optional<Rigid3> p
   Rough best;
   const auto attempt = [&](const Rough& rough) {
     best.inliers = std::max(best.inliers, rough.inliers);
-    result.resection = sharpen(map, view, rough, config);
+    result.resection = sharpen(map, view, rough, predicted, config, effort);
     return result.resection.has_value();
   };
   if (predicted && attempt(by_prediction(map, view, *predicted))) return result;

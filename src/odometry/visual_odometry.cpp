@@ -273,7 +273,7 @@ void VisualOdometry::State::accept(const std::shared_ptr<const View>& view,
                           static_cast<int>(resection.seen.size()) < config.tie_points / 4;
   Rigid3 pose = resection.camera_from_map;
   if (new_ground) {
-    add_key_frame(*map, view, resection);
+    stereo_check.observe(*view->frame, add_key_frame(*map, view, resection), out.alerts);
     add_tie_points(*map, config);
     const int fixed = map->rig->right ? 1 : 2;
     auto summary = adjust_window(*map, config.window, fixed, config);

@@ -3,6 +3,7 @@
 #include "link.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <opencv2/calib3d.hpp>
 #include <opencv2/core/eigen.hpp>
@@ -17,8 +18,11 @@ using Eigen::Vector2d, Eigen::Vector3d;
 
 constexpr int kMinPairs = 25;
 constexpr int kMinInliers = 20;
-constexpr double kTolerance_px = 4;       // a corner's own error, and that of its guessed depth
-constexpr double kMinSpread = 0.06;       // of the image's sides, standard deviation of the corners
+constexpr double kTolerance_px = 4;  // a corner's own error, and that of its guessed depth
+constexpr double kMinSpread = 0.06;  // of the image's sides, standard deviation of the corners
+// Other ground may hold the same thing, a print or a tile: links by one have 0.2 to 0.44, others
+// from 0.46 on and nearly all above 0.6.
+constexpr double kMinCoverage = 0.5;
 constexpr double kMaxScaleSpread = 0.08;  // median deviation of the corners' scales
 
 struct Common {
@@ -86,6 +90,46 @@ bool is_spread(const std::vector<Vector2d>& rays, const CameraModel& camera) {
   for (const auto& r : rays) squares += (r - mean).cwiseAbs2() / static_cast<double>(rays.size());
   return std::sqrt(squares.x()) > kMinSpread * camera.width / camera.fx &&
          std::sqrt(squares.y()) > kMinSpread * camera.height / camera.fy;
+}
+
+// How much of the ground that both images should show the common features cover, as a ratio of what
+// as many would if they lay anywhere on it.
+double coverage(const Node& first, const Rigid3& second_from_first, const CameraModel& second,
+                const Common& common) {
+  constexpr int kCells = 8;  // across and down
+  const CameraModel& camera = first.rig->left;
+  std::array<char, std::size_t{kCells} * kCells> shared{}, covered{};
+  const auto cell_of = [&](const Vector2d& pixel) {
+    const auto part = [](double at, int size) {
+      return std::clamp(static_cast<int>(at * kCells / size), 0, kCells - 1);
+    };
+    return static_cast<std::size_t>(part(pixel.y(), camera.height) * kCells +
+                                    part(pixel.x(), camera.width));
+  };
+  for (int i = 0; i < kCells * kCells; ++i) {
+    const Vector2d centre((i % kCells + 0.5) * camera.width / kCells,
+                          (i / kCells + 0.5) * camera.height / kCells);
+    const auto ray = camera.unproject(centre);
+    if (!ray) continue;
+    const Vector3d x = ray->homogeneous() / first.prior.at(*ray).inverse_depth;
+    const auto seen = second.project(second_from_first * x);
+    if (seen && seen->x() > 0 && seen->y() > 0 && seen->x() < second.width &&
+        seen->y() < second.height)
+      shared[cell_of(centre)] = 1;
+  }
+  for (const Vector2d& ray : common.first) {
+    const auto pixel = camera.project(ray.homogeneous());
+    if (pixel) covered[cell_of(*pixel)] = 1;
+  }
+  double all = 0, hit = 0;
+  for (std::size_t i = 0; i < shared.size(); ++i) {
+    all += shared[i];
+    hit += shared[i] * covered[i];
+  }
+  if (all == 0) return 0;
+  const double anywhere =
+      all * (1 - std::pow(1 - 1 / all, static_cast<double>(common.first.size())));
+  return hit / anywhere;
 }
 
 double median(std::vector<double> values) {
@@ -157,6 +201,7 @@ std::optional<Link> link(const std::vector<Node>& nodes, int first, int second,
   const auto pose = refined_pose(*rough, b, common);
   if (!pose || static_cast<int>(common.first.size()) < kMinInliers) return std::nullopt;
   if (!is_spread(common.rays, b.rig->left)) return std::nullopt;
+  if (coverage(a, *pose, b.rig->left, common) < kMinCoverage) return std::nullopt;
   const auto scale = scale_of(*pose, b, common);
   if (!scale) return std::nullopt;
   Link link{first, second, {*scale, {pose->rotation, *scale * pose->translation}}, 0, {}, {}};

@@ -72,6 +72,17 @@ class Ground {
     return result;
   }
 
+  /// Shows what lies in an area, metres, once more: with its least x and largest y at (x, y).
+  void repeat(double least_x, double largest_y, double width, double height, double x, double y) {
+    constexpr double kPerMetre = 400;
+    const auto place = [](double at_x, double at_y) {
+      return cv::Point(cvRound(kPerMetre * (at_x + 1)), cvRound(kPerMetre * (1.5 - at_y)));
+    };
+    const cv::Size size(cvRound(kPerMetre * width), cvRound(kPerMetre * height));
+    const cv::Mat from = texture_(cv::Rect(place(least_x, largest_y), size)).clone();
+    from.copyTo(texture_(cv::Rect(place(x, y), size)));
+  }
+
   std::shared_ptr<Shot> shot(std::uint64_t number, const std::shared_ptr<const CameraRig>& rig,
                              const Rigid3& pose) const {
     const auto seed = static_cast<unsigned>(number);

@@ -5,8 +5,10 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <functional>
 #include <map>
 #include <set>
+#include <string>
 
 #include "nadir/core/check.hpp"
 #include "odometry/ground.hpp"
@@ -154,6 +156,38 @@ TEST(VisualOdometry, RefusesPairsOfDifferentMoments) {
   expect_refused_pair(dive(shots), path);
 }
 
+// From image 7 on; two key frames decide.
+TEST(VisualOdometry, GoesOnWithoutARightCameraThatFailsOnTheWay) {
+  const auto path = swimming_path(14);
+  const auto good = film(small_pair(), path);
+  using RightOf = std::function<cv::Mat(std::size_t)>;
+  const std::map<std::string, RightOf> failures{
+      {"frozen", [&](std::size_t) { return good[6]->frame->right; }},
+      {"late", [&](std::size_t i) { return good[i - 1]->frame->right; }},
+      {"black", [&](std::size_t) { return cv::Mat::zeros(240, 320, CV_8U); }},
+      {"left", [&](std::size_t i) { return good[i]->frame->grey; }},
+      {"other ground", [&](std::size_t i) { return good[i - 7]->frame->right; }}};
+  for (const auto& [failure, right_of] : failures) {
+    const Dive d = dive(with_right(good, [&](const auto&, std::size_t i, Frame& frame) {
+      if (i >= 7) frame.right = right_of(i);
+    }));
+    const Alert* alert = d.alert(AlertKind::calibration_suspect);
+    ASSERT_NE(alert, nullptr) << failure;
+    EXPECT_GE(*alert->image, 7u) << failure;
+    EXPECT_LE(*alert->image, 9u) << failure;
+    EXPECT_EQ(d.poses.size(), path.size()) << failure;
+    EXPECT_LT(position_rms(d, path, false), 0.01) << failure;
+  }
+}
+
+TEST(VisualOdometry, MapsByTheLeftImagesWhereTheRightShowNothing) {
+  const auto path = swimming_path(8);
+  const auto shots = with_right(film(small_pair(), path), [](const auto&, std::size_t, Frame& f) {
+    f.right = cv::Mat::zeros(240, 320, CV_8U);
+  });
+  expect_refused_pair(dive(shots), path);
+}
+
 TEST(VisualOdometry, SuspectsNoPairThatFits) {
   EXPECT_EQ(dive(film(small_pair(), swimming_path(6))).alert(AlertKind::calibration_suspect),
             nullptr);
@@ -280,6 +314,22 @@ TEST(VisualOdometry, StartsASubmapAtTheImageThatJumped) {
   EXPECT_FALSE(d.alert(AlertKind::tracking_lost)->remedy.empty());
   ASSERT_NE(d.alert(AlertKind::submap_started), nullptr);
   EXPECT_EQ(d.alert(AlertKind::submap_started)->image, 5U);
+}
+
+// A print on a mat, a tile: it fills a third of the images after the jump, and what should be
+// around it is not.
+TEST(VisualOdometry, IsNotBackWhereTheSameThingLiesTwice) {
+  Ground ground;
+  ground.repeat(0.75, 0.3, 0.4, 0.6, 3.75, 0.3);
+  auto path = swimming_path(10, 0.15);
+  for (int i = 0; i < 5; ++i) path.push_back(looking_down(3.7 + 0.1 * i, 0, 1));
+  const auto rig = std::make_shared<const CameraRig>(small_rig());
+  std::vector<std::shared_ptr<const Shot>> shots;
+  for (std::size_t i = 0; i < path.size(); ++i) shots.push_back(ground.shot(i, rig, path[i]));
+  const Dive d = dive(shots);
+  ASSERT_NE(d.alert(AlertKind::tracking_lost), nullptr);
+  EXPECT_EQ(d.alert(AlertKind::tracking_lost)->image, 10U);
+  for (const auto& [image, pose] : d.poses) EXPECT_EQ(pose.submap, image < 10 ? 0U : 1U) << image;
 }
 
 TEST(VisualOdometry, StopsAtALossWhenToldSo) {

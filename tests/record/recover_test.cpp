@@ -104,6 +104,15 @@ TEST_F(Recovering, AnUnfinishedDiveTwiceIsTheSameAsOnce) {
   EXPECT_EQ(read_all(folder_), once);
 }
 
+TEST_F(Recovering, MakesTheMosaicsWhereTheirFolderWasLost) {
+  record(true);
+  const auto before = read_all(folder_);
+  std::filesystem::remove_all(folder_ / "mosaic2d");
+  const Recovery recovery = recover(folder_);
+  EXPECT_TRUE(recovery.whole());
+  EXPECT_EQ(read_all(folder_).at("mosaic2d/mosaic-000.png"), before.at("mosaic2d/mosaic-000.png"));
+}
+
 TEST_F(Recovering, MakesAgainWhatIsMissingOrDamagedAndKeepsWhatChanged) {
   record(true);
   const auto before = read_all(folder_);

@@ -262,6 +262,22 @@ TEST(Revisit, SubmapsOfOtherGroundStayApart) {
   EXPECT_TRUE(outcome.corrections.empty());
 }
 
+// A print or a tile of 0.6 by 0.5 m in images of 1.6 by 1.2 m.
+TEST(Revisit, TheSameThingOnOtherGroundJoinsNothing) {
+  Seabed seabed;
+  seabed.repeat(1, -2.25, 0.6, 0.5, 0, 5.5);
+  std::vector<std::shared_ptr<const SettledKeyFrame>> key_frames;
+  for (std::uint64_t i = 0; i < 10; ++i) {
+    const double x = 0.3 * static_cast<double>(i);
+    key_frames.push_back(seabed.key_frame(i, 0, looking_down(x, -2, 1.5), {}));
+  }
+  for (std::uint64_t i = 10; i < 20; ++i) {
+    const double x = 0.3 * static_cast<double>(i - 10);
+    key_frames.push_back(seabed.key_frame(i, 1, looking_down(x, 3.5, 1.5), {}));
+  }
+  EXPECT_TRUE(run(key_frames).joins.empty());
+}
+
 TEST(Revisit, SwitchedOffItSaysNothing) {
   Seabed seabed;
   const auto way = two_lanes();

@@ -30,6 +30,18 @@ class Seabed {
     cv::RNG(seed).fill(descriptors_, cv::RNG::UNIFORM, 0, 256);
   }
 
+  /// What lies in an area, metres, lies once more shifted by (x, y).
+  void repeat(double least_x, double least_y, double width, double height, double x, double y) {
+    const std::size_t count = points_.size();
+    for (std::size_t i = 0; i < count; ++i) {
+      const Eigen::Vector3d p = points_[i];
+      if (p.x() < least_x || p.x() > least_x + width || p.y() < least_y || p.y() > least_y + height)
+        continue;
+      points_.emplace_back(p.x() + x, p.y() + y, p.z());
+      descriptors_.push_back(descriptors_.row(static_cast<int>(i)).clone());
+    }
+  }
+
   /// live_from_true: where odometry believes the true frame to be at this image.
   std::shared_ptr<const SettledKeyFrame> key_frame(std::uint64_t image, std::uint32_t submap,
                                                    const Rigid3& true_from_camera,
