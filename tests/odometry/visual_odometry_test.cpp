@@ -168,8 +168,9 @@ TEST(VisualOdometry, GoesOnWithoutARightCameraThatFailsOnTheWay) {
       {"left", [&](std::size_t i) { return good[i]->frame->grey; }},
       {"other ground", [&](std::size_t i) { return good[i - 7]->frame->right; }}};
   for (const auto& [failure, right_of] : failures) {
+    const RightOf& wrong = right_of;  // clang 14 captures no bindings
     const Dive d = dive(with_right(good, [&](const auto&, std::size_t i, Frame& frame) {
-      if (i >= 7) frame.right = right_of(i);
+      if (i >= 7) frame.right = wrong(i);
     }));
     const Alert* alert = d.alert(AlertKind::calibration_suspect);
     ASSERT_NE(alert, nullptr) << failure;
