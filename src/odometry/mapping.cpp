@@ -136,6 +136,15 @@ void add_points_between(Map& map, int host, Coverage& coverage, const Config& co
   }
 }
 
+// The same view without its right image.
+std::shared_ptr<const View> left_of(const View& pair) {
+  auto frame = std::make_shared<Frame>(*pair.frame);
+  frame->right.release();
+  auto left = std::make_shared<View>(pair);
+  left->frame = std::move(frame);
+  return left;
+}
+
 }  // namespace
 
 MapPoint new_point(const Map& map, int host, int feature, const Vector2d& pixel, const Patch& patch,
@@ -166,15 +175,6 @@ bool is_foreign(const InRight& right) {
   // knocked ones 6 % at most, 4 px too low 45 to 61 %.
   constexpr double kMinShare = 0.6;
   return right.looked_for >= kEnough && right.found < kMinShare * right.looked_for;
-}
-
-// The same view without its right image.
-std::shared_ptr<const View> left_of(const View& pair) {
-  auto frame = std::make_shared<Frame>(*pair.frame);
-  frame->right.release();
-  auto left = std::make_shared<View>(pair);
-  left->frame = std::move(frame);
-  return left;
 }
 
 InRight add_key_frame(Map& map, std::shared_ptr<const View> view, const Resection& resection) {

@@ -12,6 +12,7 @@
 #include <tuple>
 #include <unordered_map>
 
+#include "nadir/core/check.hpp"
 #include "nadir/core/clones.hpp"
 #include "sensor_errors.hpp"
 
@@ -94,7 +95,7 @@ bool Unknowns::is_finite() const {
 
 NormalEquations::NormalEquations(const Adjustment& adjustment, const CameraRig& rig,
                                  double robust_px)
-    : a_(adjustment), rig_(rig), robust_px_(robust_px) {
+    : a_(adjustment), robust_px_(robust_px) {
   right_from_left_ = {Matrix3d::Identity(), Vector3d::Zero()};
   focal_ = {mean_focal(rig.left), mean_focal(rig.left)};
   if (rig.right) {
@@ -451,16 +452,11 @@ Unknowns NormalEquations::moved(const Unknowns& from, const VectorXd& poses,
 }
 
 MatrixXd NormalEquations::reduced() const {
+  NADIR_CHECK(!is_up_free());
   const Reduced result = reduce(0);
   MatrixXd matrix = MatrixXd::Zero(unknowns(), unknowns());
   for (std::size_t i = 0; i < result.blocks.size(); ++i) {
     matrix.block<6, 6>(6 * block_poses_[i].first, 6 * block_poses_[i].second) = result.blocks[i];
-  }
-  if (is_up_free()) {
-    for (int pose = 0; pose < poses_; ++pose) {
-      matrix.block<6, 2>(6 * pose, 6 * poses_) = by_up_[static_cast<std::size_t>(pose)];
-    }
-    matrix.bottomRightCorner<2, 2>() = up_normal_;
   }
   matrix.triangularView<Eigen::StrictlyLower>() = matrix.transpose();
   return matrix;

@@ -43,8 +43,8 @@ class NormalEquations {
   /// where that determines nothing.
   std::optional<Step> step(const Unknowns& from, double damping) const;
 
-  /// Of the free images' (rotation vector, translation), small and applied from the left; the
-  /// vertical follows where it is free. The upper triangle counts.
+  /// Of the free images' (rotation vector, translation), small and applied from the left;
+  /// symmetric. Of an adjustment whose vertical is not looked for.
   Eigen::MatrixXd reduced() const;
 
   /// First column of an image, -1 when it is fixed or sees nothing.
@@ -107,7 +107,6 @@ class NormalEquations {
   int unknowns() const { return 6 * poses_ + (is_up_free() ? 2 : 0); }
 
   const Adjustment& a_;
-  const CameraRig& rig_;
   double robust_px_;
   Camera right_from_left_;
   std::array<double, 2> focal_;  ///< of the left and the right camera
