@@ -3,13 +3,12 @@
 #include "blending.hpp"
 
 #include <algorithm>
-#include <array>
-#include <bit>
 #include <cmath>
 #include <cstdint>
 #include <cstring>
 #include <opencv2/imgproc.hpp>
 
+#include "bgra.hpp"
 #include "nadir/core/clones.hpp"
 
 namespace nadir::mosaic2d {
@@ -110,7 +109,7 @@ NADIR_CLONES
 void for_four_channels(const std::uint16_t* share, int count, std::uint16_t* channels) {
   for (int i = 0; i < count; ++i) {
     const std::uint64_t four = 0x0001000100010001 * std::uint64_t{share[i]};
-    std::memcpy(channels + 4 * i, &four, 8);
+    std::memcpy(channels + kChannels * i, &four, sizeof four);
   }
 }
 
@@ -130,8 +129,8 @@ struct Rows {
   const std::uint8_t* ground;
   const std::int32_t* owner;
 
-  bool image_at(int column) const { return image[4 * column + 3] != 0; }
-  bool ground_at(int column) const { return ground[4 * column + 3] != 0; }
+  bool image_at(int column) const { return image[kChannels * column + 3] != 0; }
+  bool ground_at(int column) const { return ground[kChannels * column + 3] != 0; }
 };
 
 // Whether all of 16 columns show the image, and the ground as `first` does. Whole pixels are
@@ -141,13 +140,10 @@ inline bool are_like(const Rows& rows, int first, int begin) {
   std::uint32_t image = ~0U, ground = ~0U, any_ground = 0;
   std::int32_t other_owner = 0;
   for (int i = begin; i < begin + kColumns; ++i) {
-    std::uint32_t of_image, of_ground;
-    std::memcpy(&of_image, rows.image + 4 * i, 4);
-    std::memcpy(&of_ground, rows.ground + 4 * i, 4);
-    image &= of_image, ground &= of_ground, any_ground |= of_ground;
+    const std::uint32_t of_ground = pixel_at(rows.ground, i);
+    image &= pixel_at(rows.image, i), ground &= of_ground, any_ground |= of_ground;
     other_owner |= rows.owner[i] ^ rows.owner[first];
   }
-  constexpr auto kAlpha = std::bit_cast<std::uint32_t>(std::array<std::uint8_t, 4>{0, 0, 0, 255});
   if ((image & kAlpha) != kAlpha) return false;
   return rows.ground_at(first) ? (ground & kAlpha) == kAlpha && other_owner == 0
                                : (any_ground & kAlpha) == 0;
@@ -234,7 +230,7 @@ bool blend_patch(const Patch& from, Ground onto, cv::Point origin,
       const std::uint8_t* image_border = from.border.ptr(row) + first;
       std::uint8_t* border = onto.border.ptr(row) + first;
       if (!rows.ground_at(first)) {
-        std::copy(image + 4 * first, image + 4 * end, ground + 4 * first);
+        std::copy(image + kChannels * first, image + kChannels * end, ground + kChannels * first);
         std::fill(owner + first, owner + end, newest);
         written = true;
       } else {
@@ -243,7 +239,7 @@ bool blend_patch(const Patch& from, Ground onto, cv::Point origin,
         shares(bisector.at(first, row), bisector.step(), image_border, border, count, share.data());
         if (std::any_of(share.begin(), share.begin() + count, [](auto part) { return part > 0; })) {
           for_four_channels(share.data(), count, channels.data());
-          mix(ground + 4 * first, image + 4 * first, channels.data(), 4 * count);
+          mix(ground + kChannels * first, image + kChannels * first, channels.data(), 4 * count);
           own(owner + first, newest, share.data(), count);
           written = true;
         }

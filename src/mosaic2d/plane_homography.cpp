@@ -3,8 +3,6 @@
 #include "plane_homography.hpp"
 
 #include <algorithm>
-#include <array>
-#include <bit>
 #include <cmath>
 #include <cstdint>
 #include <cstring>
@@ -12,6 +10,7 @@
 #include <opencv2/imgproc.hpp>
 #include <vector>
 
+#include "bgra.hpp"
 #include "nadir/core/clones.hpp"
 #include "nadir/image_io/reduce.hpp"
 
@@ -61,14 +60,14 @@ constexpr int kOutside = -2;  // px: bilinear weights of the image do not reach 
 // Border pixels are mixed with the nothing outside; what is not wholly image is dropped.
 NADIR_CLONES
 void keep_opaque(std::uint8_t* bgra, int count) {
-  constexpr auto kAlpha = std::bit_cast<std::uint32_t>(std::array<std::uint8_t, 4>{0, 0, 0, 255});
   for (int i = 0; i < count; ++i) {
-    std::uint32_t pixel;
-    std::memcpy(&pixel, bgra + 4 * i, 4);
+    std::uint32_t pixel = pixel_at(bgra, i);
     pixel = (pixel & kAlpha) == kAlpha ? pixel : 0;
-    std::memcpy(bgra + 4 * i, &pixel, 4);
+    std::memcpy(bgra + kChannels * i, &pixel, sizeof pixel);
   }
 }
+
+constexpr std::ptrdiff_t kAxes = 2;
 
 // Places of one row of a cell in 1/32 px, evenly spaced: whole pixels and the index of fractions.
 NADIR_CLONES
@@ -77,8 +76,8 @@ void fill_row(const Eigen::Vector2i& start, const Eigen::Vector2i& step, int bit
   constexpr int kMask = cv::INTER_TAB_SIZE - 1;
   for (int i = 0; i < count; ++i) {
     const int x = (start.x() + i * step.x()) >> bits, y = (start.y() + i * step.y()) >> bits;
-    pixels[2 * i] = static_cast<short>(x >> cv::INTER_BITS);
-    pixels[2 * i + 1] = static_cast<short>(y >> cv::INTER_BITS);
+    pixels[kAxes * i] = static_cast<short>(x >> cv::INTER_BITS);
+    pixels[kAxes * i + 1] = static_cast<short>(y >> cv::INTER_BITS);
     fractions[i] = static_cast<std::uint16_t>((y & kMask) * cv::INTER_TAB_SIZE + (x & kMask));
   }
 }
@@ -164,7 +163,7 @@ class Warp {
 
   void place(int row, int column, const Eigen::Vector2i& start, const Eigen::Vector2i& step,
              int bits, int count) {
-    fill_row(start, step, bits, count, pixels_.ptr<short>(row) + 2 * column,
+    fill_row(start, step, bits, count, pixels_.ptr<short>(row) + kAxes * column,
              fractions_.ptr<std::uint16_t>(row) + column);
   }
 

@@ -4,6 +4,7 @@
 
 #include <bit>
 #include <cmath>
+#include <cstddef>
 #include <cstdint>
 #include <cstring>
 #include <opencv2/features2d.hpp>
@@ -38,7 +39,7 @@ NADIR_CLONES
 Nearest nearest(const std::uint8_t* wanted, const std::uint8_t* all, int count) {
   Nearest found;
   for (int k = 0; k < count; ++k) {
-    const int distance = hamming(wanted, all + kBytes * k);
+    const int distance = hamming(wanted, all + std::ptrdiff_t{kBytes} * k);
     if (distance < found.distance) {
       found = {k, distance, found.distance};
     } else if (distance < found.next_distance) {
@@ -53,7 +54,7 @@ Nearest nearest_of(const std::uint8_t* wanted, const std::uint8_t* all,
                    const std::vector<int>& some) {
   Nearest found;
   for (const int k : some) {
-    const int distance = hamming(wanted, all + kBytes * k);
+    const int distance = hamming(wanted, all + std::ptrdiff_t{kBytes} * k);
     if (distance < found.distance) found.distance = distance, found.index = k;
   }
   return found;
