@@ -244,20 +244,24 @@ TEST(Revisit, BlobsOfOtherGroundJoinNothing) {
   EXPECT_TRUE(run(key_frames).joins.empty());
 }
 
+// A sub-map along y = -2 and one along y = 3.5, which odometry believes to be elsewhere.
+std::vector<std::shared_ptr<const SettledKeyFrame>> two_submaps_apart(
+    Seabed& seabed, const Similarity3& elsewhere) {
+  std::vector<std::shared_ptr<const SettledKeyFrame>> key_frames;
+  for (std::uint64_t i = 0; i < 20; ++i) {
+    const bool later = i >= 10;
+    const Rigid3 pose = looking_down(0.3 * static_cast<double>(i % 10), later ? 3.5 : -2, 1.5);
+    key_frames.push_back(
+        seabed.key_frame(i, later ? 1 : 0, pose, later ? elsewhere : Similarity3()));
+  }
+  return key_frames;
+}
+
 TEST(Revisit, SubmapsOfOtherGroundStayApart) {
   Seabed seabed;
-  std::vector<std::shared_ptr<const SettledKeyFrame>> key_frames;
-  for (std::uint64_t i = 0; i < 10; ++i) {
-    const double x = 0.3 * static_cast<double>(i);
-    key_frames.push_back(seabed.key_frame(i, 0, looking_down(x, -2, 1.5), {}));
-  }
-  for (std::uint64_t i = 10; i < 20; ++i) {
-    const double x = 0.3 * static_cast<double>(i - 10);
-    // Dead reckoning put it onto the first map's ground.
-    const Similarity3 wrong{1, {Eigen::Quaterniond::Identity(), {0, -5.5, 0}}};
-    key_frames.push_back(seabed.key_frame(i, 1, looking_down(x, 3.5, 1.5), wrong));
-  }
-  const Outcome outcome = run(key_frames);
+  // Dead reckoning put it onto the first map's ground.
+  const Similarity3 wrong{1, {Eigen::Quaterniond::Identity(), {0, -5.5, 0}}};
+  const Outcome outcome = run(two_submaps_apart(seabed, wrong));
   EXPECT_TRUE(outcome.joins.empty());
   EXPECT_TRUE(outcome.corrections.empty());
 }
@@ -266,16 +270,7 @@ TEST(Revisit, SubmapsOfOtherGroundStayApart) {
 TEST(Revisit, TheSameThingOnOtherGroundJoinsNothing) {
   Seabed seabed;
   seabed.repeat(1, -2.25, 0.6, 0.5, 0, 5.5);
-  std::vector<std::shared_ptr<const SettledKeyFrame>> key_frames;
-  for (std::uint64_t i = 0; i < 10; ++i) {
-    const double x = 0.3 * static_cast<double>(i);
-    key_frames.push_back(seabed.key_frame(i, 0, looking_down(x, -2, 1.5), {}));
-  }
-  for (std::uint64_t i = 10; i < 20; ++i) {
-    const double x = 0.3 * static_cast<double>(i - 10);
-    key_frames.push_back(seabed.key_frame(i, 1, looking_down(x, 3.5, 1.5), {}));
-  }
-  EXPECT_TRUE(run(key_frames).joins.empty());
+  EXPECT_TRUE(run(two_submaps_apart(seabed, {})).joins.empty());
 }
 
 TEST(Revisit, SwitchedOffItSaysNothing) {
