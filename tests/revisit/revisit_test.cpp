@@ -6,6 +6,7 @@
 
 #include <algorithm>
 
+#include "link.hpp"
 #include "nadir/core/check.hpp"
 #include "nadir/image_io/encode.hpp"
 #include "revisit/seabed.hpp"
@@ -266,11 +267,17 @@ TEST(Revisit, SubmapsOfOtherGroundStayApart) {
   EXPECT_TRUE(outcome.corrections.empty());
 }
 
-// A print or a tile of 0.6 by 0.5 m in images of 1.6 by 1.2 m.
-TEST(Revisit, TheSameThingOnOtherGroundJoinsNothing) {
+// A print or a tile of 0.6 by 0.7 m in images of 1.6 by 1.2 m.
+TEST(Link, NeedsTheCommonGroundAndNotOnlyAThingOnIt) {
   Seabed seabed;
-  seabed.repeat(1, -2.25, 0.6, 0.5, 0, 5.5);
-  EXPECT_TRUE(run(two_submaps_apart(seabed, {})).joins.empty());
+  seabed.repeat(1, -2.35, 0.6, 0.7, 0, 5.5);
+  std::vector<Node> nodes;
+  for (const auto& pose :
+       {looking_down(1.3, -2, 1.5), looking_down(1.6, -1.9, 1.5), looking_down(1.3, 3.5, 1.5)}) {
+    nodes.emplace_back(*seabed.key_frame(nodes.size(), 0, pose, {}));
+  }
+  EXPECT_TRUE(link(nodes, 0, 1));
+  EXPECT_FALSE(link(nodes, 0, 2));
 }
 
 TEST(Revisit, SwitchedOffItSaysNothing) {
