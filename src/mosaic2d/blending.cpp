@@ -174,31 +174,30 @@ int end_of_run(const Rows& rows, int first, int count) {
 }
 
 struct Sums {
-  std::int64_t weight = 0, across = 0;
+  std::uint32_t opaque = 0, across = 0;  ///< pixels, and their columns
 };
 
 NADIR_CLONES
 Sums sums_of(const std::uint8_t* alpha, int count) {
   Sums sums;
   for (int i = 0; i < count; ++i) {
-    sums.weight += alpha[i];
-    sums.across += std::int64_t{alpha[i]} * i;
+    const std::uint32_t is_opaque = alpha[i] != 0 ? 1 : 0;
+    sums.opaque += is_opaque;
+    sums.across += is_opaque * static_cast<std::uint32_t>(i);
   }
   return sums;
 }
 
 std::optional<cv::Point2d> centre_of(const cv::Mat& alpha) {
-  Sums all;
-  std::int64_t down = 0;
+  double opaque = 0, across = 0, down = 0;
   for (int row = 0; row < alpha.rows; ++row) {
     const Sums sums = sums_of(alpha.ptr(row), alpha.cols);
-    all.weight += sums.weight;
-    all.across += sums.across;
-    down += sums.weight * row;
+    opaque += sums.opaque;
+    across += sums.across;
+    down += static_cast<double>(sums.opaque) * row;
   }
-  if (all.weight == 0) return std::nullopt;
-  const auto weight = static_cast<double>(all.weight);
-  return cv::Point2d(static_cast<double>(all.across) / weight, static_cast<double>(down) / weight);
+  if (opaque == 0) return std::nullopt;
+  return cv::Point2d(across / opaque, down / opaque);
 }
 
 }  // namespace

@@ -151,7 +151,10 @@ class Warp {
       end = std::min((i + 1) * kLattice, raster_.cols);
       is_smooth(corners) ? fill_smooth(i, rows, corners) : fill_exactly(i, top, rows);
     }
-    if (end > 0) resample(cv::Rect(first, top, end - first, rows));
+    raster_(cv::Rect(0, top, std::min(first, raster_.cols), rows)).setTo(cv::Scalar::all(0));
+    if (end == 0) return;
+    resample(cv::Rect(first, top, end - first, rows));
+    raster_(cv::Rect(end, top, raster_.cols - end, rows)).setTo(cv::Scalar::all(0));
   }
 
   void fill_outside(int cell) {
@@ -278,7 +281,7 @@ ProjectedImage project_image(const cv::Mat& bgr, const View& view, const MosaicG
   const cv::Mat source = image_io::reduce(bgr, divisor);
   cv::Mat opaque;
   cv::cvtColor(source, opaque, cv::COLOR_BGR2BGRA);
-  projected.bgra = cv::Mat::zeros(raster.size(), CV_8UC4);
+  projected.bgra.create(raster.size(), CV_8UC4);
   const ImageFromRaster image_from_raster(seen, projected.world);
   Warp(opaque, image_from_raster, projected.bgra).run();
   return projected;

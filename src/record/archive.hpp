@@ -59,7 +59,8 @@ class Decoder {
  public:
   static constexpr bool kReads = true;
 
-  explicit Decoder(std::span<const std::uint8_t> bytes) : rest_(bytes) {}
+  explicit Decoder(std::span<const std::uint8_t> bytes, bool pixels = true)
+      : rest_(bytes), pixels_(pixels) {}
   void operator()(auto&... values) { (get(values), ...); }
   void raw(void* bytes, std::size_t size) {
     if (!holds(size)) return;
@@ -71,6 +72,8 @@ class Decoder {
   void fail() { ok_ = false; }
   bool ok() const { return ok_; }
   bool ended() const { return ok_ && rest_.empty(); }
+  /// Whether images are wanted; without they are black, of their size.
+  bool pixels() const { return pixels_; }
 
  private:
   template <class T>
@@ -87,6 +90,7 @@ class Decoder {
   }
 
   std::span<const std::uint8_t> rest_;
+  bool pixels_;
   bool ok_ = true;
 };
 

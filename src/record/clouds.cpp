@@ -1,6 +1,8 @@
 // SPDX-FileCopyrightText: nadir contributors
 // SPDX-License-Identifier: Apache-2.0
 // The point clouds: binary little-endian PLY, streamed from the journal.
+#include <cstring>
+
 #include "products.hpp"
 
 namespace nadir::record {
@@ -22,11 +24,11 @@ class PlyWriter {
                last_properties + "end_header\n");
   }
 
-  void point(const Eigen::Vector3d& x, const std::array<std::uint8_t, 3>& rgb) {
-    for (const double value : x) {
-      wide_ ? file_.put(value) : file_.put(static_cast<float>(value));
-    }
-    for (const std::uint8_t value : rgb) file_.put(value);
+  template <class... Last>
+  void point(const Eigen::Vector3d& x, const std::array<std::uint8_t, 3>& rgb,
+             const Last&... last) {
+    const Eigen::Vector3f narrow = x.cast<float>();
+    wide_ ? packed(x, rgb, last...) : packed(narrow, rgb, last...);
     ++written_;
   }
 
@@ -34,17 +36,25 @@ class PlyWriter {
   bool whole() const { return written_ == expected_; }
 
  private:
+  template <class... Values>
+  void packed(const Values&... values) {
+    std::array<std::uint8_t, (sizeof(Values) + ...)> bytes;
+    std::uint8_t* to = bytes.data();
+    ((std::memcpy(to, &values, sizeof values), to += sizeof values), ...);
+    file_.write(bytes);
+  }
+
   LooseFile& file_;
   std::uint64_t expected_, written_ = 0;
   bool wide_;
 };
 
 template <class Each>
-void for_each_shot(const path& dive, Each each) {
+void for_each_shot(const path& dive, bool pixels, Each each) {
   JournalReader journal(dive);
   while (const auto record = journal.next()) {
     if (record->type != RecordType::shot) continue;
-    if (const auto facts = decode_facts(record->payload)) each(*facts, record->sequence);
+    if (const auto facts = decode_facts(record->payload, pixels)) each(*facts, record->sequence);
   }
 }
 
@@ -53,15 +63,13 @@ void for_each_shot(const path& dive, Each each) {
 bool write_sparse(LooseFile& file, const Ledger& ledger, const path& dive) {
   PlyWriter ply(file, ledger, ledger.tie_points.size(),
                 "property uint observations\nproperty uint submap\n");
-  for_each_shot(dive, [&](const Facts& facts, std::uint64_t sequence) {
+  for_each_shot(dive, false, [&](const Facts& facts, std::uint64_t sequence) {
     if (!facts.window) return;
     const Similarity3 correction = ledger.corrections.at(facts.window->submap, facts.image);
     for (const TiePoint& point : facts.window->tie_points) {
       const auto newest = ledger.tie_points.find(point.id);
       if (newest == ledger.tie_points.end() || newest->second != sequence) continue;
-      ply.point(correction * point.x_in_survey, point.rgb);
-      file.put(point.images);
-      file.put(facts.window->submap);
+      ply.point(correction * point.x_in_survey, point.rgb, point.images, facts.window->submap);
     }
   });
   return ply.whole();
@@ -69,12 +77,12 @@ bool write_sparse(LooseFile& file, const Ledger& ledger, const path& dive) {
 
 bool write_projection3d(LooseFile& file, const Ledger& ledger, const path& dive) {
   PlyWriter ply(file, ledger, ledger.grid_points, "property uint image\n");
-  for_each_shot(dive, [&](const Facts& facts, std::uint64_t) {
+  for_each_shot(dive, true, [&](const Facts& facts, std::uint64_t) {
     if (!facts.grid) return;
     const Similarity3 correction = ledger.corrections.at(facts.grid->submap, facts.grid->image);
     for (const CloudPoint& point : facts.grid->points()) {
-      ply.point(correction * point.x_in_survey, point.rgb);
-      file.put(static_cast<std::uint32_t>(facts.grid->image));
+      ply.point(correction * point.x_in_survey, point.rgb,
+                static_cast<std::uint32_t>(facts.grid->image));
     }
   });
   return ply.whole();

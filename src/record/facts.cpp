@@ -14,7 +14,7 @@ namespace {
 
 using record::Is;
 
-constexpr int kMostGridSide = 1 << 14;
+constexpr int kMostGridSide = 1 << 10;
 constexpr auto kGridEffort = image_io::PngEffort::small;
 
 }  // namespace
@@ -96,7 +96,8 @@ void fields(Archive& archive, Is<Grid> auto& grid) {
   archive(png);
   if constexpr (Archive::kReads) {
     const bool sensible = rows > 0 && columns > 0 && std::max(rows, columns) <= kMostGridSide;
-    if (sensible) {
+    if (sensible && !archive.pixels()) grid.bgr = cv::Mat::zeros(rows, columns, CV_8UC3);
+    if (sensible && archive.pixels()) {
       grid.bgr = image_io::decode(png, columns, rows, 1, image_io::Colour::bgr).image;
     }
     if (grid.bgr.empty()) archive.fail();
@@ -139,9 +140,9 @@ Bytes encoded(const T& value) {
 }
 
 template <class T>
-std::optional<T> decoded(std::span<const std::uint8_t> bytes) {
+std::optional<T> decoded(std::span<const std::uint8_t> bytes, bool pixels = true) {
   T value;
-  Decoder archive(bytes);
+  Decoder archive(bytes, pixels);
   archive(value);
   return archive.ended() ? std::optional(std::move(value)) : std::nullopt;
 }
@@ -220,8 +221,8 @@ Facts facts_of(const Entry& entry) {
 Bytes encode(const Facts& facts) { return encoded(facts); }
 Bytes encode(const Alert& alert) { return encoded(alert); }
 
-std::optional<Facts> decode_facts(std::span<const std::uint8_t> bytes) {
-  return decoded<Facts>(bytes);
+std::optional<Facts> decode_facts(std::span<const std::uint8_t> bytes, bool pixels) {
+  return decoded<Facts>(bytes, pixels);
 }
 
 std::optional<Alert> decode_alert(std::span<const std::uint8_t> bytes) {

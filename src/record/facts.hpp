@@ -75,8 +75,9 @@ TilePlace place_of(const Tile& tile);
 Facts facts_of(const Entry& entry);
 
 Bytes encode(const Facts& facts);
-/// None when the bytes are not facts.
-std::optional<Facts> decode_facts(std::span<const std::uint8_t> bytes);
+/// None when the bytes are not facts. Without pixels the grid is black, and read in a third of the
+/// time.
+std::optional<Facts> decode_facts(std::span<const std::uint8_t> bytes, bool pixels = true);
 
 Bytes encode(const Alert& alert);
 std::optional<Alert> decode_alert(std::span<const std::uint8_t> bytes);

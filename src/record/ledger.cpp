@@ -104,7 +104,7 @@ bool add_record(const Record& record, Ledger& ledger) {
     case RecordType::end:
       return add_end(record.payload, ledger);
     case RecordType::shot: {
-      const auto facts = decode_facts(record.payload);
+      const auto facts = decode_facts(record.payload, false);
       if (facts) add_facts(*facts, record.sequence, ledger);
       return facts.has_value();
     }

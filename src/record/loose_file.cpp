@@ -55,10 +55,9 @@ LooseFile::~LooseFile() {
 }
 
 bool LooseFile::write(ByteView bytes) {
-  stamp_.add(bytes);
   if (buffer_.size() + bytes.size() > kBuffer) flush();
   if (bytes.size() > kBuffer) {
-    if (error_ == 0) error_ = write_all(disk_, file_, bytes);
+    send(bytes);
   } else {
     buffer_.insert(buffer_.end(), bytes.begin(), bytes.end());
   }
@@ -66,8 +65,13 @@ bool LooseFile::write(ByteView bytes) {
 }
 
 void LooseFile::flush() {
-  if (error_ == 0) error_ = write_all(disk_, file_, buffer_);
+  send(buffer_);
   buffer_.clear();
+}
+
+void LooseFile::send(ByteView bytes) {
+  stamp_.add(bytes);
+  if (error_ == 0) error_ = write_all(disk_, file_, bytes);
 }
 
 int LooseFile::commit(bool durable) {

@@ -33,19 +33,17 @@ class LooseFile {
   /// False after the first failure; commit() tells it again.
   bool write(ByteView bytes);
   bool write(std::string_view text) { return write(as_bytes(text)); }
-  /// A number as its little-endian bytes.
-  template <class T>
-  requires std::is_arithmetic_v<T>
-  void put(T value) { write({reinterpret_cast<const std::uint8_t*>(&value), sizeof value}); }
   /// Gives the file its name, replacing one that was there. The name is durable once its directory
   /// is synced; without durable the content is not either. 0 or -errno.
   int commit(bool durable = true);
   /// Leaves what had the name before untouched. -errno: why.
   int abandon();
+  /// Of what was committed.
   const Stamp& stamp() const { return stamp_; }
 
  private:
   void flush();
+  void send(ByteView bytes);
   void close();
 
   Disk& disk_;

@@ -5,6 +5,8 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <array>
+#include <cstddef>
 #include <vector>
 
 namespace nadir::odometry {
@@ -30,7 +32,16 @@ class DepthPrior {
   bool known() const { return known_; }
 
  private:
-  std::vector<DepthSample> samples_;  ///< inverse_depth replaced by its residual to the plane
+  static constexpr std::size_t kNeighbours = 6;
+  struct Neighbour {
+    double squared_distance = 1e300;  ///< of the rays
+    double residual = 0;              ///< of the inverse depth, to the plane
+  };
+  /// The nearest first.
+  std::array<Neighbour, kNeighbours> nearest(const Eigen::Vector2d& ray) const;
+
+  /// By x of the ray; inverse_depth replaced by its residual to the plane.
+  std::vector<DepthSample> samples_;
   Eigen::Vector3d plane_ = Eigen::Vector3d::Zero();  ///< inverse depth = plane . (x, y, 1)
   double relief_ = 0;                                ///< bound of the residuals to the plane
   bool known_ = false;
