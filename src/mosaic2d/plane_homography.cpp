@@ -3,15 +3,16 @@
 #include "plane_homography.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstdint>
 #include <cstring>
 #include <numbers>
+#include <opencv2/core/hal/intrin.hpp>
 #include <opencv2/imgproc.hpp>
 #include <vector>
 
 #include "bgra.hpp"
-#include "nadir/core/clones.hpp"
 #include "nadir/image_io/reduce.hpp"
 
 namespace nadir::mosaic2d {
@@ -55,50 +56,95 @@ class ImageFromRaster {
   Matrix3d camera_from_raster_;
 };
 
-constexpr int kOutside = -2;  // px: bilinear weights of the image do not reach so far
+constexpr int kUnit = 32;  // of places in an image, in a pixel
 
-// Border pixels are mixed with the nothing outside; what is not wholly image is dropped.
-NADIR_CLONES
-void keep_opaque(std::uint8_t* bgra, int count) {
-  for (int i = 0; i < count; ++i) {
-    std::uint32_t pixel = pixel_at(bgra, i);
-    pixel = (pixel & kAlpha) == kAlpha ? pixel : 0;
-    std::memcpy(bgra + kChannels * i, &pixel, sizeof pixel);
+// Places along a row, evenly spaced, kBits finer than kUnit.
+struct Places {
+  static constexpr int kBits = 10;
+  Eigen::Vector2i first, step;
+};
+
+// Takes bilinear samples of a BGRA image, in a third of cv::remap's time. Beyond its border pixels
+// they would be mixed with the nothing outside: transparent.
+class Sampler {
+ public:
+  explicit Sampler(const cv::Mat& bgra)
+      : first_(bgra.data),
+        row_size_(bgra.step),
+        end_(kUnit * (bgra.cols - 1), kUnit * (bgra.rows - 1)) {
+    for (int part = 0; part < kUnit; ++part) {
+      Weights& weights = weights_[static_cast<std::size_t>(part)];
+      weights.here.fill(static_cast<std::uint16_t>(kUnit - part));
+      weights.next.fill(static_cast<std::uint16_t>(part));
+      weights.both = weights.here;
+      std::fill(weights.both.begin() + kChannels, weights.both.end(), weights.next[0]);
+    }
   }
-}
 
-constexpr std::ptrdiff_t kAxes = 2;
-
-// Places of one row of a cell in 1/32 px, evenly spaced: whole pixels and the index of fractions.
-NADIR_CLONES
-void fill_row(const Eigen::Vector2i& start, const Eigen::Vector2i& step, int bits, int count,
-              short* pixels, std::uint16_t* fractions) {
-  constexpr int kMask = cv::INTER_TAB_SIZE - 1;
-  for (int i = 0; i < count; ++i) {
-    const int x = (start.x() + i * step.x()) >> bits, y = (start.y() + i * step.y()) >> bits;
-    pixels[kAxes * i] = static_cast<short>(x >> cv::INTER_BITS);
-    pixels[kAxes * i + 1] = static_cast<short>(y >> cv::INTER_BITS);
-    fractions[i] = static_cast<std::uint16_t>((y & kMask) * cv::INTER_TAB_SIZE + (x & kMask));
+  void row(const Places& places, int count, std::uint8_t* to) const {
+    const auto at = [&](int i) -> Eigen::Vector2i {
+      const Eigen::Vector2i fine = places.first + i * places.step;
+      return {fine.x() >> Places::kBits, fine.y() >> Places::kBits};
+    };
+    const bool all_inside = is_inside(at(0)) && is_inside(at(count - 1));
+    for (int i = 0; i < count; ++i) {
+      const Eigen::Vector2i place = at(i);
+      const std::uint32_t pixel = all_inside || is_inside(place) ? sample(place) : 0;
+      std::memcpy(to + kChannels * i, &pixel, sizeof pixel);
+    }
   }
-}
 
-// Row by row of lattice cells: their part of cv::remap's fixed-point map, whole pixels and an index
-// of 1/32 px fractions, then the pixels themselves. Cells that do not touch the image stay empty.
+ private:
+  using Eight = std::array<std::uint16_t, 2 * kChannels>;
+  struct Weights {
+    Eight here, next, both;  ///< of a pixel, of the one after it, of one beside the other
+  };
+
+  bool is_inside(const Eigen::Vector2i& place) const {
+    return place.x() >= 0 && place.y() >= 0 && place.x() < end_.x() && place.y() < end_.y();
+  }
+
+  // Two neighbours at once, eight values of 16 bits: mixed with those below, rounded to a quarter
+  // of a grey level, then with each other.
+  std::uint32_t sample(const Eigen::Vector2i& place) const {
+    const auto x = static_cast<std::size_t>(place.x()), y = static_cast<std::size_t>(place.y());
+    const Weights &across = weights_[x % kUnit], &down = weights_[y % kUnit];
+    const std::uint8_t* pair = first_ + y / kUnit * row_size_ + x / kUnit * kChannels;
+    const auto upper = cv::v_load_expand(pair), lower = cv::v_load_expand(pair + row_size_);
+    const auto mixed = cv::v_mul_wrap(upper, cv::v_load(down.here.data())) +
+                       cv::v_mul_wrap(lower, cv::v_load(down.next.data())) + cv::v_setall_u16(4);
+    const auto parts = cv::v_mul_wrap(cv::v_shr<3>(mixed), cv::v_load(across.both.data()));
+    const auto sum = parts + cv::v_rotate_right<kChannels>(parts) + cv::v_setall_u16(64);
+    const auto pixel = cv::v_shr<7>(sum);
+    return cv::v_reinterpret_as_u32(cv::v_pack(pixel, pixel)).get0();
+  }
+
+  const std::uint8_t* first_;
+  std::size_t row_size_;
+  Eigen::Vector2i end_;  ///< of places that have neighbours
+  std::array<Weights, kUnit> weights_;
+};
+
+// Cell by cell of the lattice. Cells that do not touch the image stay empty.
 class Warp {
  public:
   Warp(const cv::Mat& image, const ImageFromRaster& image_from_raster, cv::Mat& raster)
       : image_(image),
+        sampler_(image),
         image_from_raster_(image_from_raster),
         raster_(raster),
-        columns_((raster.cols - 1) / kLattice + 2),
-        pixels_(kLattice, raster.cols, CV_16SC2),
-        fractions_(kLattice, raster.cols, CV_16UC1) {}
+        columns_((raster.cols - 1) / kLattice + 2) {}
 
   void run() {
     Nodes upper = nodes(0);
     for (int top = 0; top < raster_.rows; top += kLattice) {
       Nodes lower = nodes(top + kLattice);
-      strip(top, upper, lower);
+      for (int i = 0; i + 1 < columns_; ++i) {
+        const auto n = static_cast<std::size_t>(i);
+        const cv::Rect cell =
+            cv::Rect(i * kLattice, top, kLattice, kLattice) & cv::Rect({0, 0}, raster_.size());
+        fill(cell, {upper[n], upper[n + 1], lower[n], lower[n + 1]});
+      }
       upper = std::move(lower);
     }
   }
@@ -108,7 +154,6 @@ class Warp {
   struct Corners {
     const std::optional<Vector2d>&a, &b, &c, &d;  ///< top left, top right, bottom left and right
   };
-  static constexpr int kScaleBits = 10;  // of the fixed point along a row, beyond 1/32 px
 
   Nodes nodes(int row) const {
     Nodes nodes(static_cast<std::size_t>(columns_));
@@ -130,85 +175,54 @@ class Warp {
   }
 
   bool is_smooth(const Corners& k) const {
-    constexpr double kFarthest = 16000;  // px: room in the fixed point and in a short
+    constexpr double kFarthest = 16000;  // px: room in the fixed point
     const auto fits = [](const std::optional<Vector2d>& p) {
       return p && p->cwiseAbs().maxCoeff() < kFarthest;
     };
     return fits(k.a) && fits(k.b) && fits(k.c) && fits(k.d);
   }
 
-  void strip(int top, const Nodes& upper, const Nodes& lower) {
-    const int rows = std::min(kLattice, raster_.rows - top);
-    int first = raster_.cols, end = 0;
-    for (int i = 0; i + 1 < columns_; ++i) {
-      const auto n = static_cast<std::size_t>(i);
-      const Corners corners{upper[n], upper[n + 1], lower[n], lower[n + 1]};
-      if (!touches_image(corners)) {
-        if (end > 0) fill_outside(i);
-        continue;
-      }
-      first = std::min(first, i * kLattice);
-      end = std::min((i + 1) * kLattice, raster_.cols);
-      is_smooth(corners) ? fill_smooth(i, rows, corners) : fill_exactly(i, top, rows);
+  void fill(const cv::Rect& cell, const Corners& corners) {
+    if (!touches_image(corners)) {
+      raster_(cell).setTo(cv::Scalar::all(0));
+    } else if (is_smooth(corners)) {
+      fill_smoothly(cell, corners);
+    } else {
+      fill_exactly(cell);
     }
-    raster_(cv::Rect(0, top, std::min(first, raster_.cols), rows)).setTo(cv::Scalar::all(0));
-    if (end == 0) return;
-    resample(cv::Rect(first, top, end - first, rows));
-    raster_(cv::Rect(end, top, raster_.cols - end, rows)).setTo(cv::Scalar::all(0));
   }
 
-  void fill_outside(int cell) {
-    const cv::Rect area =
-        cv::Rect(cell * kLattice, 0, kLattice, kLattice) & cv::Rect({0, 0}, pixels_.size());
-    pixels_(area).setTo(cv::Scalar::all(kOutside));
-    fractions_(area).setTo(0);
-  }
-
-  void place(int row, int column, const Eigen::Vector2i& start, const Eigen::Vector2i& step,
-             int bits, int count) {
-    fill_row(start, step, bits, count, pixels_.ptr<short>(row) + kAxes * column,
-             fractions_.ptr<std::uint16_t>(row) + column);
-  }
-
-  void fill_exactly(int cell, int top, int rows) {
-    const int end = std::min((cell + 1) * kLattice, raster_.cols);
-    const Vector2d most(image_.cols + 1, image_.rows + 1);
-    for (int j = 0; j < rows; ++j) {
-      for (int column = cell * kLattice; column < end; ++column) {
-        Vector2d p = image_from_raster_(column, top + j).value_or(Vector2d::Constant(kOutside));
-        p = p.cwiseMax(kOutside).cwiseMin(most) * cv::INTER_TAB_SIZE;
-        place(j, column, Eigen::Vector2i(cvRound(p.x()), cvRound(p.y())), Eigen::Vector2i::Zero(),
-              0, 1);
+  void fill_exactly(const cv::Rect& cell) {
+    const Vector2d outside = Vector2d::Constant(-1), most(image_.cols, image_.rows);
+    for (int row = cell.y; row < cell.br().y; ++row) {
+      for (int column = cell.x; column < cell.br().x; ++column) {
+        const Vector2d p = image_from_raster_(column, row).value_or(outside);
+        sample(row, column, p.cwiseMax(outside).cwiseMin(most), Vector2d::Zero(), 1);
       }
     }
   }
 
-  void fill_smooth(int cell, int rows, const Corners& k) {
-    constexpr double kScale = cv::INTER_TAB_SIZE << kScaleBits;
-    constexpr int kHalf = 1 << (kScaleBits - 1);
-    const int left = cell * kLattice, width = std::min(kLattice, raster_.cols - left);
-    for (int j = 0; j < rows; ++j) {
+  void fill_smoothly(const cv::Rect& cell, const Corners& k) {
+    for (int j = 0; j < cell.height; ++j) {
       const double down = static_cast<double>(j) / kLattice;
       const Vector2d from = *k.a + down * (*k.c - *k.a), to = *k.b + down * (*k.d - *k.b);
-      const Eigen::Vector2i start = (from * kScale).cast<int>() + Eigen::Vector2i::Constant(kHalf);
-      const Eigen::Vector2i step = ((to - from) * (kScale / kLattice)).cast<int>();
-      place(j, left, start, step, kScaleBits, width);
+      sample(cell.y + j, cell.x, from, (to - from) / kLattice, cell.width);
     }
   }
 
-  void resample(const cv::Rect& area) {
-    const cv::Rect local(area.x, 0, area.width, area.height);
-    cv::Mat pixels = raster_(area);
-    cv::remap(image_, pixels, pixels_(local), fractions_(local), cv::INTER_LINEAR,
-              cv::BORDER_CONSTANT);
-    for (int row = 0; row < pixels.rows; ++row) keep_opaque(pixels.ptr(row), pixels.cols);
+  void sample(int row, int column, const Vector2d& first, const Vector2d& step, int count) {
+    constexpr double kScale = kUnit << Places::kBits;
+    constexpr int kHalf = 1 << (Places::kBits - 1);
+    const Places places{(first * kScale).cast<int>() + Eigen::Vector2i::Constant(kHalf),
+                        (step * kScale).cast<int>()};
+    sampler_.row(places, count, raster_.ptr(row) + kChannels * column);
   }
 
   const cv::Mat& image_;
+  Sampler sampler_;
   const ImageFromRaster& image_from_raster_;
   cv::Mat& raster_;
-  int columns_;                 ///< of nodes
-  cv::Mat pixels_, fractions_;  ///< of one row of cells
+  int columns_;  ///< of nodes
 };
 
 // The largest of 1, 2, 4 that leaves the image no coarser than the raster.
