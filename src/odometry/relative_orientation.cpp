@@ -34,6 +34,23 @@ Matrix3d to_matrix(const cv::Mat& m) {
   return e;
 }
 
+// Second from first, empty when there is none. OpenCV 4.6 finds a tenth of those that fit when
+// coordinates are as small as those of rays, and takes its time: hence in units of sigma.
+cv::Mat find_homography(std::vector<cv::Point2d> first, std::vector<cv::Point2d> second,
+                        double sigma, cv::OutputArray inliers) {
+  for (auto* points : {&first, &second}) {
+    for (cv::Point2d& point : *points) point /= sigma;
+  }
+  constexpr double kTolerated = 6;
+  constexpr int kIterations = 1000;
+  const cv::Mat h = cv::findHomography(first, second, cv::USAC_MAGSAC, kTolerated, inliers,
+                                       kIterations, kConfidence);
+  if (h.rows != 3) return {};
+  const cv::Matx33d in_sigmas = h;
+  const auto to_sigmas = cv::Matx33d::diag({1 / sigma, 1 / sigma, 1});
+  return cv::Mat(cv::Matx33d::diag({sigma, sigma, 1}) * in_sigmas * to_sigmas);
+}
+
 Rigid3 unit_motion(const Matrix3d& rotation, const Vector3d& translation) {
   return {Eigen::Quaterniond(rotation).normalized(), translation.normalized()};
 }
@@ -128,9 +145,8 @@ Agreement verify(const Rays& first, const Rays& second, double sigma) {
   cv::Mat by_essential, by_homography;
   cv::findEssentialMat(a, b, cv::Mat::eye(3, 3, CV_64F), cv::USAC_MAGSAC, kConfidence, 3 * sigma,
                        1000, by_essential);
-  const cv::Mat h =
-      cv::findHomography(a, b, cv::USAC_MAGSAC, 6 * sigma, by_homography, 1000, kConfidence);
-  if (h.rows == 3) agreement.homography = to_matrix(h);
+  const cv::Mat h = find_homography(a, b, sigma, by_homography);
+  if (!h.empty()) agreement.homography = to_matrix(h);
   for (int i = 0; i < static_cast<int>(first.size()); ++i) {
     const bool on_line = !by_essential.empty() && by_essential.at<std::uint8_t>(i) != 0;
     const bool on_plane = !by_homography.empty() && by_homography.at<std::uint8_t>(i) != 0;
@@ -146,8 +162,7 @@ std::vector<RelativeOrientation> relative_orientations(const Rays& first, const 
   const auto a = to_points(first), b = to_points(second);
   const cv::Mat unit = cv::Mat::eye(3, 3, CV_64F);
   const cv::Mat e = cv::findEssentialMat(a, b, unit, cv::USAC_MAGSAC, kConfidence, 3 * sigma, 2000);
-  const cv::Mat h =
-      cv::findHomography(a, b, cv::USAC_MAGSAC, 6 * sigma, cv::noArray(), 1000, kConfidence);
+  const cv::Mat h = find_homography(a, b, sigma, cv::noArray());
   for (const Rigid3& start : candidates(e, h)) {
     const Intersections rough = intersect(start, first, second, 10 * sigma);
     if (rough.indices.size() * 2 < first.size() || !(rough.parallax > kMinParallax)) continue;

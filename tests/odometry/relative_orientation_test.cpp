@@ -78,6 +78,17 @@ TEST(RelativeOrientation, SurvivesWrongMatches) {
   EXPECT_TRUE(is_near(found.front(), step(0.4)));
 }
 
+TEST(Verify, FindsTheHomographyOfFlatGround) {
+  const int wrong = 60;
+  const Pair p = pair(step(0.4), 0, wrong);
+  const Agreement agreement = verify(p.first, p.second, kSigma);
+  EXPECT_GE(agreement.inliers.size(), 88U);  // of 90 with errors of 2 x 2 coordinates
+  for (std::size_t i = wrong; i < p.first.size(); ++i) {
+    const Vector2d mapped = (agreement.homography * p.first[i].homogeneous()).hnormalized();
+    EXPECT_LT((mapped - p.second[i]).norm(), 6 * kSigma) << i;
+  }
+}
+
 TEST(RelativeOrientation, HasNoAnswerForAPureRotation) {
   const Pair p = pair(step(0), 0.2);
   EXPECT_TRUE(relative_orientations(p.first, p.second, small_rig().left, kSigma).empty());
