@@ -82,53 +82,6 @@ Quaterniond axes_of(const Vector3d& up, const Quaterniond& map_from_camera) {
   return Quaterniond(rotation);
 }
 
-// By a pair of cameras or by another program's poses: nothing measured afterwards changes it.
-bool is_given(ScaleSource source) {
-  return source == ScaleSource::stereo || source == ScaleSource::poses;
-}
-
-// Two dots may be mistaken in a few images.
-bool is_settled(ScaleSource source, const ScaleMeasure& measure) {
-  constexpr std::uint32_t kEnough = 5;
-  return source != ScaleSource::laser || measure.images >= kEnough;
-}
-
-std::string witness(ScaleSource source) {
-  switch (source) {
-    case ScaleSource::stereo:
-      return "the pair of cameras";
-    case ScaleSource::poses:
-      return "the given poses";
-    case ScaleSource::laser:
-      return "the lasers";
-    case ScaleSource::typed:
-      return "the known length";
-    case ScaleSource::altitude:
-      return "the altimeter";
-    case ScaleSource::depth:
-      return "changes of depth";
-    default:
-      return std::string(to_string(source));
-  }
-}
-
-std::string to_check(ScaleSource source) {
-  switch (source) {
-    case ScaleSource::stereo:
-      return "the baseline in the calibration";
-    case ScaleSource::poses:
-      return "the given poses";
-    case ScaleSource::laser:
-      return "separation_m in lasers.yml";
-    case ScaleSource::typed:
-      return "reference.known_length";
-    case ScaleSource::altitude:
-      return "altitude.csv and reference.altimeter_below_camera_m";
-    default:
-      return "depth.csv";
-  }
-}
-
 bool is_stereo(const std::vector<std::shared_ptr<const Frame>>& frames) {
   return std::all_of(frames.begin(), frames.end(),
                      [](const auto& frame) { return frame->rig->right && !frame->right.empty(); });
@@ -165,8 +118,8 @@ SurveyFrame::SurveyFrame(Config config, PlaneOf plane_of,
                          const std::optional<calibration::Lasers>& lasers)
     : config_(std::move(config)),
       plane_of_(std::move(plane_of)),
-      sensors_(config_.altimeter_below_camera_m) {
-  if (const auto length = parse_known_length(config_.known_length)) typed_.emplace(*length);
+      claims_(config_.altimeter_below_camera_m, parse_known_length(config_.known_length),
+              lasers && fault_of(*lasers).empty() ? lasers : std::nullopt) {
   if (!lasers) return;
   if (const std::string fault = fault_of(*lasers); !fault.empty()) {
     lasers_alert_ = Alert{0,
@@ -184,7 +137,6 @@ SurveyFrame::SurveyFrame(Config config, PlaneOf plane_of,
                           "correct lasers.yml; until then separation_m is believed"};
   }
   beams_ = lasers;
-  lasers_.emplace(*lasers);
 }
 
 std::shared_ptr<const Shot> SurveyFrame::mark(std::shared_ptr<const Shot> shot) {
@@ -197,7 +149,7 @@ std::shared_ptr<const Shot> SurveyFrame::mark(std::shared_ptr<const Shot> shot) 
   }
   const auto dots = beams_ && shot->frame ? find_laser_dots(*shot->frame, *beams_) : std::nullopt;
   if (dots) {
-    lasers_->observe(*dots);
+    claims_.observe(*dots);
     Frame frame = *shot->frame;
     for (const LaserDot& dot : dots->dots) frame.hidden.push_back({dot.pixel, dot.radius_px});
     frame.ranges = ranges_of(*dots, *beams_, frame.rig->left);
@@ -214,8 +166,7 @@ SubmapPlacement SurveyFrame::place(const Window& initial,
   placement.uncertain = !first;
 
   double& size = placement.survey_from_odometry.scale;
-  if (lasers_) lasers_->observe(initial);
-  const auto laser = lasers_ ? lasers_->estimate(initial.submap) : std::nullopt;
+  const auto laser = claims_.by_lasers(initial);
   if (is_stereo(frames)) {
     placement.scale = {ScaleSource::stereo,
                        stereo_sigma(*frames.front(), initial, config_.stereo_matching_px)};
@@ -225,8 +176,7 @@ SubmapPlacement SurveyFrame::place(const Window& initial,
   } else {
     size = viewing_distance_ / viewing_distance(initial).value_or(1.0);
   }
-  if (lasers_) lasers_->resized(initial.submap, size);
-  told_[initial.submap] = placement.scale;
+  claims_.placed(initial.submap, size, placement.scale);
 
   Rigid3& rigid = placement.survey_from_odometry.rigid;
   const auto leveled = config_.attitude ? from_attitude(initial, frames) : std::nullopt;
@@ -307,8 +257,6 @@ std::optional<DeadReckoned> SurveyFrame::dead_reckon(const Orientation& orientat
 std::vector<Alert> SurveyFrame::observe(const Orientation& orientation) {
   if (orientation.window) {
     viewing_distance_ = viewing_distance(*orientation.window).value_or(viewing_distance_);
-    const Scale& scale = orientation.window->scale;
-    if (is_given(scale.source)) told_[orientation.window->submap] = scale;
   }
   for (const ImagePose& pose : orientation.poses) {
     if (last_ && pose.image <= last_->pose.image) continue;
@@ -324,98 +272,7 @@ std::vector<Alert> SurveyFrame::observe(const Orientation& orientation) {
     }
     last_ = now;
   }
-  sensors_.observe(orientation);
-  if (typed_) typed_->observe(orientation);
-  if (lasers_) lasers_->observe(orientation);
-  return conflicts(orientation);
-}
-
-std::vector<SurveyFrame::Claim> SurveyFrame::claims(std::uint32_t submap) const {
-  std::vector<Claim> all;
-  const auto add = [&](ScaleSource source, const std::optional<ScaleMeasure>& measure) {
-    if (measure) all.push_back({source, *measure});
-  };
-  const auto told = told_.find(submap);
-  if (told != told_.end() && is_given(told->second.source)) {
-    add(told->second.source, ScaleMeasure{1, told->second.sigma, 1});
-  }
-  if (typed_) add(ScaleSource::typed, typed_->estimate(submap));
-  if (lasers_) add(ScaleSource::laser, lasers_->estimate(submap));
-  add(ScaleSource::altitude, sensors_.by_altitude(submap));
-  add(ScaleSource::depth, sensors_.by_depth(submap));
-  return all;
-}
-
-// Of those that measure the map as it is; a given scale is part of it.
-std::optional<SurveyFrame::Claim> SurveyFrame::best_claim(std::uint32_t submap) const {
-  std::optional<Claim> best;
-  for (const Claim& claim : claims(submap)) {
-    if (is_given(claim.source)) continue;
-    if (!best || claim.measure.sigma < best->measure.sigma) best = claim;
-  }
-  return best;
-}
-
-// Once for each two sources and sub-map.
-std::vector<Alert> SurveyFrame::conflicts(const Orientation& orientation) {
-  const Shot* shot = orientation.shot.get();
-  std::vector<Alert> alerts;
-  const auto add = [&](std::string message, std::string remedy) {
-    alerts.push_back({shot ? shot->time : 0, shot ? std::optional(shot->image) : std::nullopt,
-                      AlertKind::scale_conflict, std::move(message), std::move(remedy)});
-  };
-  if (!shot && typed_ && !typed_->fault().empty()) {
-    add("the known length gives no scale: " + typed_->fault(),
-        "correct reference.known_length: the image's number counts from 0");
-  }
-  if (!orientation.window || !told_.contains(orientation.submap)) return alerts;
-  const std::vector<Claim> all = claims(orientation.submap);
-  for (std::size_t i = 0; i < all.size(); ++i) {
-    for (std::size_t k = i + 1; k < all.size(); ++k) {
-      if (agree(all[i], all[k])) continue;
-      const Claim &one = all[i], &other = all[k];
-      if (!in_conflict_.insert({orientation.submap, one.source, other.source}).second) continue;
-      const double excess = other.measure.ratio / one.measure.ratio - 1;
-      const ScaleSource told = told_.at(orientation.submap).source;
-      const ScaleSource better =
-          one.measure.sigma < other.measure.sigma ? one.source : other.source;
-      add("by " + witness(other.source) + " the map is " +
-              std::to_string(std::lround(100 * std::abs(excess))) + " % " +
-              (excess > 0 ? "larger" : "smaller") + " than by " + witness(one.source),
-          "check " + to_check(one.source) + " and " + to_check(other.source) +
-              "; the map keeps to " + witness(told == ScaleSource::none ? better : told));
-    }
-  }
-  return alerts;
-}
-
-// Those that are not settled contradict nothing.
-bool SurveyFrame::agree(const Claim& one, const Claim& other) {
-  constexpr double kTolerated = 0.02;  // separations and baselines are measured to a hundredth
-  constexpr double kSigmas = 3;
-  if (!is_settled(one.source, one.measure) || !is_settled(other.source, other.measure)) return true;
-  const double sigma = std::hypot(one.measure.sigma, other.measure.sigma);
-  return std::abs(std::log(other.measure.ratio / one.measure.ratio)) <
-         std::max(kTolerated, kSigmas * sigma);
-}
-
-std::vector<ScaleEstimate> SurveyFrame::improved_scales(const Orientation& orientation) {
-  constexpr double kClearly = 0.6;  // of the sigma told before
-  std::vector<ScaleEstimate> improved;
-  const bool last = !orientation.shot;
-  if (!last && !orientation.window) return improved;
-  for (auto& [submap, told] : told_) {
-    if (is_given(told.source)) continue;
-    if (!last && submap != orientation.submap) continue;
-    const auto claim = best_claim(submap);
-    if (!claim) continue;
-    const auto& [ratio, sigma, images] = claim->measure;
-    const bool better = told.source == ScaleSource::none || sigma < kClearly * told.sigma;
-    if (!better && !last) continue;
-    told = {claim->source, sigma};
-    improved.push_back({submap, ratio, told});
-  }
-  return improved;
+  return claims_.observe(orientation);
 }
 
 }  // namespace nadir::reference

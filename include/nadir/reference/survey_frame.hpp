@@ -4,20 +4,15 @@
 #pragma once
 
 #include <functional>
-#include <map>
 #include <memory>
 #include <optional>
-#include <set>
 #include <string>
-#include <tuple>
 #include <vector>
 
 #include "nadir/core/revision.hpp"
 #include "nadir/core/surface.hpp"
 #include "nadir/core/window.hpp"
-#include "nadir/reference/known_length.hpp"
-#include "nadir/reference/laser_scale.hpp"
-#include "nadir/reference/sensor_scale.hpp"
+#include "nadir/reference/scale_claims.hpp"
 
 namespace nadir::reference {
 
@@ -69,7 +64,9 @@ class SurveyFrame {
 
   /// After observe(): the scale of the orientation's sub-map when it has become clearly better
   /// since it was last told; at the end, without a shot, those of all that were measured.
-  std::vector<ScaleEstimate> improved_scales(const Orientation& orientation);
+  std::vector<ScaleEstimate> improved_scales(const Orientation& orientation) {
+    return claims_.improved(orientation);
+  }
 
   SurveyAxes axes() const { return axes_; }
   Scale scale() const { return scale_; }
@@ -82,16 +79,6 @@ class SurveyFrame {
     std::optional<Attitude> attitude;
   };
 
-  /// What a source says of a sub-map's scale.
-  struct Claim {
-    ScaleSource source = ScaleSource::none;
-    ScaleMeasure measure;
-  };
-
-  std::vector<Claim> claims(std::uint32_t submap) const;
-  std::optional<Claim> best_claim(std::uint32_t submap) const;
-  static bool agree(const Claim& one, const Claim& other);
-  std::vector<Alert> conflicts(const Orientation& orientation);
   Eigen::Quaterniond upright(const Window& initial);
   Eigen::Vector3d reckoned_position(const Frame& frame) const;
   Eigen::Quaterniond reckoned_rotation(const Frame& frame) const;
@@ -101,14 +88,10 @@ class SurveyFrame {
   SurveyAxes axes_ = SurveyAxes::none;
   Scale scale_;
   std::optional<LastSeen> last_;
-  SensorScale sensors_;
-  std::optional<TypedScale> typed_;
-  std::optional<LaserScale> lasers_;
+  ScaleClaims claims_;
   std::optional<calibration::Lasers> beams_;
-  std::optional<Alert> lasers_alert_;    ///< to be told with the first shot
-  std::map<std::uint32_t, Scale> told_;  ///< by sub-map: as placed or last improved
-  std::set<std::tuple<std::uint32_t, ScaleSource, ScaleSource>> in_conflict_;  ///< told
-  double viewing_distance_ = 1;  ///< median over the last window, survey units
+  std::optional<Alert> lasers_alert_;  ///< to be told with the first shot
+  double viewing_distance_ = 1;        ///< median over the last window, survey units
 };
 
 }  // namespace nadir::reference

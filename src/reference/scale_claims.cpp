@@ -1,0 +1,184 @@
+// SPDX-FileCopyrightText: nadir contributors
+// SPDX-License-Identifier: Apache-2.0
+#include "nadir/reference/scale_claims.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <string>
+#include <utility>
+
+namespace nadir::reference {
+namespace {
+
+// By a pair of cameras or by another program's poses: nothing measured afterwards changes it.
+bool is_given(ScaleSource source) {
+  return source == ScaleSource::stereo || source == ScaleSource::poses;
+}
+
+// Two dots may be mistaken in a few images.
+bool is_settled(ScaleSource source, const ScaleMeasure& measure) {
+  constexpr std::uint32_t kEnough = 5;
+  return source != ScaleSource::laser || measure.images >= kEnough;
+}
+
+std::string witness(ScaleSource source) {
+  switch (source) {
+    case ScaleSource::stereo:
+      return "the pair of cameras";
+    case ScaleSource::poses:
+      return "the given poses";
+    case ScaleSource::laser:
+      return "the lasers";
+    case ScaleSource::typed:
+      return "the known length";
+    case ScaleSource::altitude:
+      return "the altimeter";
+    case ScaleSource::depth:
+      return "changes of depth";
+    default:
+      return std::string(to_string(source));
+  }
+}
+
+std::string to_check(ScaleSource source) {
+  switch (source) {
+    case ScaleSource::stereo:
+      return "the baseline in the calibration";
+    case ScaleSource::poses:
+      return "the given poses";
+    case ScaleSource::laser:
+      return "separation_m in lasers.yml";
+    case ScaleSource::typed:
+      return "reference.known_length";
+    case ScaleSource::altitude:
+      return "altitude.csv and reference.altimeter_below_camera_m";
+    default:
+      return "depth.csv";
+  }
+}
+
+}  // namespace
+
+ScaleClaims::ScaleClaims(double altimeter_below_camera, const std::optional<KnownLength>& length,
+                         const std::optional<calibration::Lasers>& lasers)
+    : sensors_(altimeter_below_camera) {
+  if (length) typed_.emplace(*length);
+  if (lasers) lasers_.emplace(*lasers);
+}
+
+void ScaleClaims::observe(const LaserDots& dots) {
+  if (lasers_) lasers_->observe(dots);
+}
+
+std::optional<ScaleMeasure> ScaleClaims::by_lasers(const Window& initial) {
+  if (!lasers_) return std::nullopt;
+  lasers_->observe(initial);
+  return lasers_->estimate(initial.submap);
+}
+
+void ScaleClaims::placed(std::uint32_t submap, double factor, const Scale& told) {
+  if (lasers_) lasers_->resized(submap, factor);
+  told_[submap] = told;
+}
+
+std::vector<Alert> ScaleClaims::observe(const Orientation& orientation) {
+  if (orientation.window) {
+    const Scale& scale = orientation.window->scale;
+    if (is_given(scale.source)) told_[orientation.window->submap] = scale;
+  }
+  sensors_.observe(orientation);
+  if (typed_) typed_->observe(orientation);
+  if (lasers_) lasers_->observe(orientation);
+  if (orientation.window) newest_ = claims_of(orientation.submap);
+  return conflicts(orientation);
+}
+
+std::vector<ScaleClaims::Claim> ScaleClaims::claims_of(std::uint32_t submap) const {
+  std::vector<Claim> all;
+  const auto add = [&](ScaleSource source, const std::optional<ScaleMeasure>& measure) {
+    if (measure) all.push_back({source, *measure});
+  };
+  const auto told = told_.find(submap);
+  if (told != told_.end() && is_given(told->second.source)) {
+    add(told->second.source, ScaleMeasure{1, told->second.sigma, 1});
+  }
+  if (typed_) add(ScaleSource::typed, typed_->estimate(submap));
+  if (lasers_) add(ScaleSource::laser, lasers_->estimate(submap));
+  add(ScaleSource::altitude, sensors_.by_altitude(submap));
+  add(ScaleSource::depth, sensors_.by_depth(submap));
+  return all;
+}
+
+// Of those that measure the map as it is; a given scale is part of it.
+std::optional<ScaleClaims::Claim> ScaleClaims::best_of(const std::vector<Claim>& claims) {
+  std::optional<Claim> best;
+  for (const Claim& claim : claims) {
+    if (is_given(claim.source)) continue;
+    if (!best || claim.measure.sigma < best->measure.sigma) best = claim;
+  }
+  return best;
+}
+
+// Once for each two sources and sub-map.
+std::vector<Alert> ScaleClaims::conflicts(const Orientation& orientation) {
+  const Shot* shot = orientation.shot.get();
+  std::vector<Alert> alerts;
+  const auto add = [&](std::string message, std::string remedy) {
+    alerts.push_back({shot ? shot->time : 0, shot ? std::optional(shot->image) : std::nullopt,
+                      AlertKind::scale_conflict, std::move(message), std::move(remedy)});
+  };
+  if (!shot && typed_ && !typed_->fault().empty()) {
+    add("the known length gives no scale: " + typed_->fault(),
+        "correct reference.known_length: the image's number counts from 0");
+  }
+  if (!orientation.window || !told_.contains(orientation.submap)) return alerts;
+  const std::vector<Claim>& all = newest_;
+  for (std::size_t i = 0; i < all.size(); ++i) {
+    for (std::size_t k = i + 1; k < all.size(); ++k) {
+      if (agree(all[i], all[k])) continue;
+      const Claim &one = all[i], &other = all[k];
+      if (!in_conflict_.insert({orientation.submap, one.source, other.source}).second) continue;
+      const double excess = other.measure.ratio / one.measure.ratio - 1;
+      const ScaleSource told = told_.at(orientation.submap).source;
+      const ScaleSource better =
+          one.measure.sigma < other.measure.sigma ? one.source : other.source;
+      add("by " + witness(other.source) + " the map is " +
+              std::to_string(std::lround(100 * std::abs(excess))) + " % " +
+              (excess > 0 ? "larger" : "smaller") + " than by " + witness(one.source),
+          "check " + to_check(one.source) + " and " + to_check(other.source) +
+              "; the map keeps to " + witness(told == ScaleSource::none ? better : told));
+    }
+  }
+  return alerts;
+}
+
+// Those that are not settled contradict nothing.
+bool ScaleClaims::agree(const Claim& one, const Claim& other) {
+  constexpr double kTolerated = 0.02;  // separations and baselines are measured to a hundredth
+  constexpr double kSigmas = 3;
+  if (!is_settled(one.source, one.measure) || !is_settled(other.source, other.measure)) return true;
+  const double sigma = std::hypot(one.measure.sigma, other.measure.sigma);
+  return std::abs(std::log(other.measure.ratio / one.measure.ratio)) <
+         std::max(kTolerated, kSigmas * sigma);
+}
+
+std::vector<ScaleEstimate> ScaleClaims::improved(const Orientation& orientation) {
+  constexpr double kClearly = 0.6;  // of the sigma told before
+  std::vector<ScaleEstimate> improved;
+  const bool last = !orientation.shot;
+  if (!last && !orientation.window) return improved;
+  for (auto& [submap, told] : told_) {
+    if (is_given(told.source)) continue;
+    if (!last && submap != orientation.submap) continue;
+    const auto claim = best_of(last ? claims_of(submap) : newest_);
+    if (!claim) continue;
+    const auto& [ratio, sigma, images] = claim->measure;
+    const bool better = told.source == ScaleSource::none || sigma < kClearly * told.sigma;
+    if (!better && !last) continue;
+    told = {claim->source, sigma};
+    improved.push_back({submap, ratio, told});
+  }
+  return improved;
+}
+
+}  // namespace nadir::reference
