@@ -14,6 +14,7 @@
 #include "nadir/image_io/decode.hpp"
 #include "nadir/image_io/header.hpp"
 #include "sensor_log.hpp"
+#include "sensor_silence.hpp"
 
 namespace nadir::capture {
 
@@ -39,6 +40,25 @@ Eigen::Quaterniond Config::body_from_camera() const {
   return turned.ned_from_body() * CameraRig().body_from_camera;
 }
 
+namespace {
+
+struct Sensor {
+  std::string file;
+  SensorLog log;
+  SensorSilence silence;
+
+  std::optional<SensorLog::Values> at(const Frame& frame, bool last, std::vector<Alert>& alerts) {
+    if (log.size() == 0) return std::nullopt;
+    const auto values = log.at(frame.time);
+    if (auto alert = silence.observe(frame, values.has_value(), last, file, log)) {
+      alerts.push_back(*std::move(alert));
+    }
+    return values;
+  }
+};
+
+}  // namespace
+
 struct FolderSource::State {
   ImageList list;
   std::vector<ImageTime> times;
@@ -46,26 +66,30 @@ struct FolderSource::State {
   int divisor = 1;
   std::shared_ptr<const CameraRig> rig;
   std::optional<calibration::Lasers> lasers;
-  std::optional<SensorLog> attitude, depth, altitude;
+  std::optional<Sensor> attitude, depth, altitude;
   std::vector<std::string> sensor_faults;  ///< told with the first shot
   std::size_t next_image = 0;
 
   /// The fault of the pair or of one of its files, named; empty when the frame's images were read.
   std::string read_images(std::size_t image, Frame& frame) const;
+  void read_sensors(Frame& frame, std::vector<Alert>& alerts);
 };
 
 namespace {
 
-std::optional<SensorLog> load_log(const fs::path& file, std::vector<SensorColumn> columns,
-                                  std::vector<std::string>& faults) {
+std::optional<Sensor> load_log(const fs::path& file, std::vector<SensorColumn> columns,
+                               std::vector<std::string>& faults) {
   std::error_code ignored;
   if (!fs::exists(file, ignored)) return std::nullopt;
   SensorLog log(file, std::move(columns));
+  const std::string name = file.filename().string();
   if (log.dropped() > 0) {
-    faults.push_back(file.filename().string() + ": " + std::to_string(log.dropped()) +
+    faults.push_back(name + ": " + (log.size() == 0 ? "all " : "") + std::to_string(log.dropped()) +
                      " rows were dropped: not finite, out of range, or of a time given before");
+  } else if (log.size() == 0) {
+    faults.push_back(name + ": holds no row");
   }
-  return log;
+  return Sensor{name, std::move(log), {}};
 }
 
 CameraRig load_rig(const fs::path& folder, const std::optional<fs::path>& calibration,
@@ -135,18 +159,6 @@ void require_a_fitting_image(const ImageList& list, const CameraRig& rig) {
                    "stored them, or the calibration of this camera and image size");
 }
 
-std::optional<Attitude> attitude_at(const std::optional<SensorLog>& log, Time time) {
-  const auto degrees = log ? log->at(time) : std::nullopt;
-  if (!degrees) return std::nullopt;
-  constexpr double kDegree = std::numbers::pi / 180;
-  return Attitude{(*degrees)[0] * kDegree, (*degrees)[1] * kDegree, (*degrees)[2] * kDegree};
-}
-
-std::optional<double> value_at(const std::optional<SensorLog>& log, Time time) {
-  const auto values = log ? log->at(time) : std::nullopt;
-  return values ? std::optional((*values)[0]) : std::nullopt;
-}
-
 }  // namespace
 
 FolderSource::FolderSource(const fs::path& folder, const std::optional<fs::path>& calibration,
@@ -214,6 +226,19 @@ std::string FolderSource::State::read_images(std::size_t image, Frame& frame) co
   return {};
 }
 
+void FolderSource::State::read_sensors(Frame& frame, std::vector<Alert>& alerts) {
+  const bool last = next_image == list.images.size();
+  const auto values_of = [&](std::optional<Sensor>& sensor) {
+    return sensor ? sensor->at(frame, last, alerts) : std::nullopt;
+  };
+  constexpr double kDegree = std::numbers::pi / 180;
+  if (const auto v = values_of(attitude)) {
+    frame.attitude = Attitude{(*v)[0] * kDegree, (*v)[1] * kDegree, (*v)[2] * kDegree};
+  }
+  if (const auto v = values_of(depth)) frame.depth = v->front();
+  if (const auto v = values_of(altitude)) frame.altitude = v->front();
+}
+
 std::optional<Shot> FolderSource::next() {
   State& s = *state_;
   if (s.next_image == s.list.images.size()) return std::nullopt;
@@ -235,9 +260,7 @@ std::optional<Shot> FolderSource::next() {
   frame.time = shot.time;
   frame.name = shot.name;
   frame.rig = s.rig;
-  frame.attitude = attitude_at(s.attitude, shot.time);
-  frame.depth = value_at(s.depth, shot.time);
-  frame.altitude = value_at(s.altitude, shot.time);
+  s.read_sensors(frame, shot.alerts);
   shot.frame = std::make_shared<const Frame>(std::move(frame));
   return shot;
 }

@@ -7,6 +7,7 @@
 #include <filesystem>
 #include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "nadir/core/time.hpp"
@@ -32,6 +33,8 @@ class SensorLog {
   /// Linear between the rows around it; none where they lie more than 0.5 s apart, or outside them.
   /// Angles within [-180, 180).
   std::optional<Values> at(Time time) const;
+  /// Times of the first and the last row; needs a row.
+  std::pair<Time, Time> span() const { return {rows_.front().time, rows_.back().time}; }
   std::size_t size() const { return rows_.size(); }
   std::size_t dropped() const { return dropped_; }
 

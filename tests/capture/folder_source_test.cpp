@@ -30,6 +30,14 @@ std::vector<Shot> all_shots(const SurveyFolder& folder, Config config = {}) {
   return all_shots(FolderSource(folder.root(), std::nullopt, config));
 }
 
+std::vector<Alert> all_alerts(const SurveyFolder& folder) {
+  std::vector<Alert> alerts;
+  for (const Shot& shot : all_shots(folder)) {
+    alerts.insert(alerts.end(), shot.alerts.begin(), shot.alerts.end());
+  }
+  return alerts;
+}
+
 std::string refusal(const std::filesystem::path& folder, Config config = {}) {
   try {
     FolderSource source(folder, std::nullopt, config);
@@ -280,6 +288,70 @@ TEST(FolderSource, GivesWhatTheSensorsSaidAtEachImage) {
   ASSERT_EQ(shots[0].alerts.size(), 1u);
   EXPECT_EQ(shots[0].alerts[0].kind, AlertKind::sensor_stale);
   EXPECT_THAT(shots[0].alerts[0].message, AllOf(HasSubstr("ahrs.csv"), HasSubstr("1 row")));
+}
+
+TEST(FolderSource, TellsOnceOfASensorWhoseClockIsNotTheImages) {
+  const SurveyFolder folder;
+  folder.images(12);
+  folder.write("ahrs.csv", "seconds,roll,pitch,yaw\n-3600,0,0,0\n-3583.2,1,2,3\n");
+  const auto alerts = all_alerts(folder);
+  ASSERT_EQ(alerts.size(), 1u);
+  EXPECT_EQ(alerts[0].kind, AlertKind::sensor_stale);
+  EXPECT_EQ(alerts[0].image, 9u);
+  EXPECT_EQ(alerts[0].message,
+            "ahrs.csv says nothing of images 0 to 9 (0.0 to 9.0 s); its 2 rows are of -3600.0 to "
+            "-3583.2 s");
+  EXPECT_THAT(alerts[0].remedy, AllOf(HasSubstr("clock"), HasSubstr("timestamps.csv")));
+}
+
+TEST(FolderSource, TellsAtTheEndOfAFewImagesWithoutAnyValue) {
+  const SurveyFolder folder;
+  folder.images(3);
+  folder.write("depth.csv", "seconds,depth\n50,3\n");
+  const auto alerts = all_alerts(folder);
+  ASSERT_EQ(alerts.size(), 1u);
+  EXPECT_EQ(alerts[0].image, 2u);
+  EXPECT_THAT(alerts[0].message, HasSubstr("depth.csv says nothing of images 0 to 2"));
+}
+
+TEST(FolderSource, TellsOfASensorThatStoppedAndAgainOnlyOfALongerGap) {
+  const SurveyFolder folder;
+  folder.images(80);
+  std::string log = "seconds,altitude\n";
+  const auto is_silent = [](int s) {
+    return (s > 5 && s < 18) || (s > 20 && s < 33) || (s > 40 && s < 75);
+  };
+  for (int s = 0; s < 80; ++s) {
+    if (!is_silent(s)) log += std::to_string(s) + ",2.5\n";
+  }
+  folder.write("altitude.csv", log);
+  const auto alerts = all_alerts(folder);
+  ASSERT_EQ(alerts.size(), 2u);
+  EXPECT_EQ(alerts[0].image, 15u);
+  EXPECT_THAT(alerts[0].message, HasSubstr("images 6 to 15 (6.0 to 15.0 s), the last it told of "
+                                           "was at 5.0 s"));
+  EXPECT_EQ(alerts[1].image, 60u);
+}
+
+TEST(FolderSource, ShortGapsOfASensorAreNotWorthAnAlert) {
+  const SurveyFolder folder;
+  folder.images(40);
+  std::string times = "frame,seconds\n";  // a film of 10 Hz whose sensor begins after 3 s
+  for (int i = 0; i < 40; ++i) times += std::to_string(i) + "," + std::to_string(0.1 * i) + "\n";
+  folder.write("timestamps.csv", times);
+  folder.write("depth.csv", "seconds,depth\n3,3\n3.5,3\n4,3\n");
+  EXPECT_TRUE(all_alerts(folder).empty());
+}
+
+TEST(FolderSource, TellsOfASensorFileWithoutAUsableRow) {
+  const SurveyFolder folder;
+  folder.images(1);
+  folder.write("depth.csv", "seconds,depth\n");
+  folder.write("altitude.csv", "seconds,altitude\n0,-2\n1,-2\n");
+  const auto alerts = all_alerts(folder);
+  ASSERT_EQ(alerts.size(), 2u);
+  EXPECT_EQ(alerts[0].message, "depth.csv: holds no row");
+  EXPECT_THAT(alerts[1].message, HasSubstr("altitude.csv: all 2 rows were dropped"));
 }
 
 TEST(FolderSource, RefusesAMalformedSensorFile) {

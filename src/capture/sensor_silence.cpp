@@ -1,0 +1,51 @@
+// SPDX-FileCopyrightText: nadir contributors
+// SPDX-License-Identifier: Apache-2.0
+#include "sensor_silence.hpp"
+
+#include <cstdio>
+
+namespace nadir::capture {
+namespace {
+
+constexpr Time kShortest = 5'000'000'000;  // ten images of a film are too soon
+
+std::string in_seconds(Time time) {
+  char text[32];
+  std::snprintf(text, sizeof text, "%.1f", seconds(time));
+  return text;
+}
+
+std::string span(Time from, Time to) { return in_seconds(from) + " to " + in_seconds(to) + " s"; }
+
+}  // namespace
+
+std::optional<Alert> SensorSilence::observe(const Frame& frame, bool has_value, bool last,
+                                            const std::string& file, const SensorLog& log) {
+  if (has_value) {
+    last_value_ = frame.time;
+    images_ = 0;
+    told_ = false;
+    return std::nullopt;
+  }
+  if (images_++ == 0) {
+    first_image_ = frame.image;
+    first_time_ = frame.time;
+  }
+  const bool is_long =
+      images_ >= enough_ && frame.time - last_value_.value_or(first_time_) >= kShortest;
+  const bool never = last && !last_value_;
+  if (told_ || !(is_long || never)) return std::nullopt;
+  told_ = true;
+  enough_ = 2 * images_;
+  const auto [from, to] = log.span();
+  return Alert{
+      frame.time, frame.image, AlertKind::sensor_stale,
+      file + " says nothing of images " + std::to_string(first_image_) + " to " +
+          std::to_string(frame.image) + " (" + span(first_time_, frame.time) + ")" +
+          (last_value_ ? ", the last it told of was at " + in_seconds(*last_value_) + " s" : "") +
+          "; its " + std::to_string(log.size()) + " rows are of " + span(from, to),
+      "give sensor and images the same clock or correct timestamps.csv; rows more than "
+      "0.5 s apart say nothing between them; the map goes on without this sensor"};
+}
+
+}  // namespace nadir::capture
