@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 #include <string>
 #include <utility>
 
@@ -67,7 +68,9 @@ ScaleClaims::ScaleClaims(double altimeter_below_camera, const std::optional<Know
 }
 
 void ScaleClaims::observe(const LaserDots& dots) {
-  if (lasers_) lasers_->observe(dots);
+  if (!lasers_) return;
+  lasers_->observe(dots);
+  ++with_dots_;
 }
 
 std::optional<ScaleMeasure> ScaleClaims::by_lasers(const Window& initial) {
@@ -90,7 +93,34 @@ std::vector<Alert> ScaleClaims::observe(const Orientation& orientation) {
   if (typed_) typed_->observe(orientation);
   if (lasers_) lasers_->observe(orientation);
   if (orientation.window) newest_ = claims_of(orientation.submap);
-  return conflicts(orientation);
+  std::vector<Alert> alerts = conflicts(orientation);
+  std::ranges::move(silent_sensors(orientation), std::back_inserter(alerts));
+  return alerts;
+}
+
+std::vector<Alert> ScaleClaims::silent_sensors(const Orientation& orientation) {
+  std::vector<Alert> alerts;
+  const Shot* shot = orientation.shot.get();
+  const auto add = [&](std::string message, std::string remedy) {
+    alerts.push_back({shot ? shot->time : 0, shot ? std::optional(shot->image) : std::nullopt,
+                      AlertKind::sensor_stale, std::move(message), std::move(remedy)});
+  };
+  if (shot) {
+    for (SensorFault& fault : sensors_.new_faults(orientation.submap)) {
+      add(std::move(fault.message), std::move(fault.remedy));
+    }
+  }
+  constexpr std::size_t kImages = 20, kFewest = 10;  // of a short dive
+  constexpr std::size_t kDots = 3;                   // as many images as give a scale
+  if (!lasers_ || lasers_told_ || with_dots_ >= kDots) return alerts;
+  for (const ImagePose& pose : orientation.poses) oriented_.insert(pose.image);
+  if (oriented_.size() < (shot ? kImages : kFewest)) return alerts;
+  lasers_told_ = true;
+  add("lasers.yml: both dots were found in " + std::to_string(with_dots_) + " of " +
+          std::to_string(oriented_.size()) + " images",
+      "see whether the lasers are on and in the picture, and whether colour, separation_m and "
+      "origins_camera_m in lasers.yml are theirs; the lasers give the map no scale");
+  return alerts;
 }
 
 std::vector<ScaleClaims::Claim> ScaleClaims::claims_of(std::uint32_t submap) const {

@@ -35,7 +35,8 @@ class ScaleClaims {
   /// A sub-map was placed: enlarged by factor, its scale told.
   void placed(std::uint32_t submap, double factor, const Scale& told);
 
-  /// Measures. Alerts when two sources disagree, once for each two and sub-map.
+  /// Measures. Alerts when two sources disagree, once for each two and sub-map; when a sensor fails
+  /// (see SensorScale) or 20 oriented images show no dots of the lasers, once.
   [[nodiscard]] std::vector<Alert> observe(const Orientation& orientation);
 
   /// After observe(): the scale of the orientation's sub-map when it has become clearly better
@@ -52,10 +53,14 @@ class ScaleClaims {
   static std::optional<Claim> best_of(const std::vector<Claim>& claims);
   static bool agree(const Claim& one, const Claim& other);
   std::vector<Alert> conflicts(const Orientation& orientation);
+  std::vector<Alert> silent_sensors(const Orientation& orientation);
 
   SensorScale sensors_;
   std::optional<TypedScale> typed_;
   std::optional<LaserScale> lasers_;
+  std::size_t with_dots_ = 0;            ///< images
+  std::set<std::uint64_t> oriented_;     ///< until the lasers are known to be seen or not
+  bool lasers_told_ = false;             ///< that they are not
   std::vector<Claim> newest_;            ///< of the sub-map of the window last observed
   std::map<std::uint32_t, Scale> told_;  ///< by sub-map: as placed or last improved
   std::set<std::tuple<std::uint32_t, ScaleSource, ScaleSource>> in_conflict_;  ///< told

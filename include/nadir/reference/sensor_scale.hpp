@@ -7,12 +7,18 @@
 #include <cstdint>
 #include <map>
 #include <optional>
+#include <string>
 #include <vector>
 
 #include "nadir/core/window.hpp"
 #include "nadir/reference/scale_measure.hpp"
 
 namespace nadir::reference {
+
+/// Why a sensor gives no scale.
+struct SensorFault {
+  std::string message, remedy;  ///< of an alert
+};
 
 class SensorScale {
  public:
@@ -25,11 +31,16 @@ class SensorScale {
   /// window; depth only when the survey's z is the vertical of the AHRS.
   void observe(const Orientation& orientation);
 
-  /// None before five images of the sub-map told of it, and for an altimeter that has told nothing
-  /// but one value in all images.
+  /// None before five images of the sub-map told of it, while its noise leaves the scale less than
+  /// known to a twentieth, and for an altimeter that has told nothing but one value in all images.
   std::optional<ScaleMeasure> by_altitude(std::uint32_t submap) const;
   /// None before the depth changed so much that the scale is known to a twentieth.
   std::optional<ScaleMeasure> by_depth(std::uint32_t submap) const;
+
+  /// After observe(): of the altimeter or the depth gauge that hangs while the images move towards
+  /// the ground or from it, or that has nothing to do with what they see. Once each; a sensor told
+  /// of gives no scale any more.
+  std::vector<SensorFault> new_faults(std::uint32_t submap);
 
  private:
   struct Altitude {
@@ -37,19 +48,25 @@ class SensorScale {
   };
   struct Depth {
     double metres = 0, z = 0;  ///< below the surface; of the camera in the survey frame
+    double height = 0;         ///< above the tie points, map units
   };
   struct Ground {
     std::uint32_t submap = 0;
     SurveyAxes axes = SurveyAxes::none;
     std::vector<TiePoint> tie_points;
+    double z = 0;  ///< their mean
   };
 
+  std::optional<SensorFault> altimeter_fault(std::uint32_t submap) const;
+  std::optional<SensorFault> depth_fault(std::uint32_t submap) const;
   std::optional<double> along_beam(const ImagePose& pose, const Frame& frame) const;
 
   double altimeter_below_camera_;
   std::optional<Ground> ground_;  ///< of the newest window
   std::map<std::uint32_t, std::vector<Altitude>> altitudes_;
   std::map<std::uint32_t, std::vector<Depth>> depths_;
+  std::size_t without_echo_ = 0;                        ///< images in a row at an altitude of 0
+  bool altimeter_fails_ = false, depth_fails_ = false;  ///< told
 };
 
 }  // namespace nadir::reference
