@@ -43,6 +43,14 @@ odometry::Config with_attitude_as_wanted(const Config& config) {
   return odometry;
 }
 
+// One that odometry leaves out is still checked, as if it were a usual one.
+reference::AttitudeSigma attitude_sigma_of(const odometry::Config& odometry) {
+  reference::AttitudeSigma sigma;
+  if (odometry.attitude_sigma_deg > 0) sigma.tilt_deg = odometry.attitude_sigma_deg;
+  if (odometry.heading_sigma_deg > 0) sigma.heading_deg = odometry.heading_sigma_deg;
+  return sigma;
+}
+
 Alert skipped(const Orientation& orientation, std::uint32_t count) {
   const Shot* shot = orientation.shot.get();
   return {shot ? shot->time : 0, shot ? std::optional(shot->image) : std::nullopt, AlertKind::load,
@@ -83,7 +91,8 @@ Graph::Odometry Graph::make_odometry(const odometry::Config& config,
 Graph::Graph(const Config& config, Rate rate, Ends ends, std::optional<GivenPoses> poses)
     : rate_(rate),
       ends_(ends),
-      survey_(config.reference, plane_of(config.plane), ends.source.lasers()),
+      survey_(config.reference, plane_of(config.plane), ends.source.lasers(),
+              attitude_sigma_of(config.odometry)),
       odometry_(make_odometry(with_attitude_as_wanted(config), std::move(poses))),
       plane_(config.plane),
       mosaicker_(config.mosaic2d),

@@ -5,7 +5,9 @@
 #include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 #include <numbers>
+#include <string>
 #include <utility>
 
 #include "ground.hpp"
@@ -82,6 +84,19 @@ Quaterniond axes_of(const Vector3d& up, const Quaterniond& map_from_camera) {
   return Quaterniond(rotation);
 }
 
+constexpr double kDegree = std::numbers::pi / 180;
+
+double angle_between(const Vector3d& a, const Vector3d& b) {
+  return std::acos(std::clamp(a.dot(b), -1.0, 1.0));
+}
+
+constexpr const char* kAttitudeRemedy =
+    "check ahrs.csv (degrees, not radians; columns seconds, roll, pitch, yaw; signs; clock) and "
+    "capture.mounting_*_deg";
+constexpr const char* kWithoutAttitude = "The AHRS is left out of the map from here on";
+constexpr const char* kWithoutNorth =
+    "Its roll and pitch stay in use; north and the headings of the map are in doubt";
+
 bool is_stereo(const std::vector<std::shared_ptr<const Frame>>& frames) {
   return std::all_of(frames.begin(), frames.end(),
                      [](const auto& frame) { return frame->rig->right && !frame->right.empty(); });
@@ -115,11 +130,13 @@ void Config::check() const {
 }
 
 SurveyFrame::SurveyFrame(Config config, PlaneOf plane_of,
-                         const std::optional<calibration::Lasers>& lasers)
+                         const std::optional<calibration::Lasers>& lasers,
+                         const AttitudeSigma& attitude_sigma)
     : config_(std::move(config)),
       plane_of_(std::move(plane_of)),
       claims_(config_.altimeter_below_camera_m, parse_known_length(config_.known_length),
-              lasers && fault_of(*lasers).empty() ? lasers : std::nullopt) {
+              lasers && fault_of(*lasers).empty() ? lasers : std::nullopt),
+      attitude_check_(attitude_sigma) {
   if (!lasers) return;
   if (const std::string fault = fault_of(*lasers); !fault.empty()) {
     lasers_alert_ = Alert{0,
@@ -140,7 +157,8 @@ SurveyFrame::SurveyFrame(Config config, PlaneOf plane_of,
 }
 
 std::shared_ptr<const Shot> SurveyFrame::mark(std::shared_ptr<const Shot> shot) {
-  if (!beams_ && !lasers_alert_) return shot;
+  const bool unlevel = attitude_fails_ && shot->frame && shot->frame->attitude;
+  if (!beams_ && !lasers_alert_ && !unlevel) return shot;
   Shot marked = *shot;
   if (lasers_alert_) {
     lasers_alert_->time = shot->time;
@@ -148,9 +166,14 @@ std::shared_ptr<const Shot> SurveyFrame::mark(std::shared_ptr<const Shot> shot) 
     marked.alerts.push_back(*std::exchange(lasers_alert_, std::nullopt));
   }
   const auto dots = beams_ && shot->frame ? find_laser_dots(*shot->frame, *beams_) : std::nullopt;
+  if (unlevel) {
+    Frame frame = *marked.frame;
+    frame.attitude.reset();
+    marked.frame = std::make_shared<const Frame>(std::move(frame));
+  }
   if (dots) {
     claims_.observe(*dots);
-    Frame frame = *shot->frame;
+    Frame frame = *marked.frame;
     for (const LaserDot& dot : dots->dots) frame.hidden.push_back({dot.pixel, dot.radius_px});
     frame.ranges = ranges_of(*dots, *beams_, frame.rig->left);
     marked.frame = std::make_shared<const Frame>(std::move(frame));
@@ -179,12 +202,15 @@ SubmapPlacement SurveyFrame::place(const Window& initial,
   claims_.placed(initial.submap, size, placement.scale);
 
   Rigid3& rigid = placement.survey_from_odometry.rigid;
-  const auto leveled = config_.attitude ? from_attitude(initial, frames) : std::nullopt;
+  const auto plane = plane_seen_from_above(initial);
+  auto leveled =
+      config_.attitude && !attitude_fails_ ? from_attitude(initial, frames) : std::nullopt;
+  if (leveled && is_wall(*leveled, plane, *frames.front())) leveled.reset();
   if (leveled && (first || axes_ == SurveyAxes::attitude)) {
     rigid.rotation = *leveled;
     axes_ = SurveyAxes::attitude;
   } else {
-    rigid.rotation = upright(initial);
+    rigid.rotation = upright(initial, plane);
   }
   if (first) {
     rigid.translation = -(placement.survey_from_odometry * centroid(initial));
@@ -198,13 +224,38 @@ SubmapPlacement SurveyFrame::place(const Window& initial,
   return placement;
 }
 
-// 3.3: z is the normal of the map's plane. A later sub-map also keeps the heading last known.
-Eigen::Quaterniond SurveyFrame::upright(const Window& initial) {
-  const Vector3d against_view = -mean_view_direction(initial);
+std::optional<Plane> SurveyFrame::plane_seen_from_above(const Window& initial) const {
   std::optional<Plane> plane = plane_of_(initial);
-  const double tilt = plane ? std::acos(std::min(1.0, plane->normal.dot(against_view))) : 0;
-  if (tilt > config_.max_plane_tilt_deg * std::numbers::pi / 180) plane.reset();
-  const Vector3d up = plane ? plane->normal : against_view;
+  if (plane && angle_between(plane->normal, -mean_view_direction(initial)) >
+                   config_.max_plane_tilt_deg * kDegree) {
+    plane.reset();
+  }
+  return plane;
+}
+
+// A camera mounted to look ahead may well look at one.
+bool SurveyFrame::is_wall(const Quaterniond& leveled, const std::optional<Plane>& plane,
+                          const Frame& first) {
+  constexpr double kDownward = 0.7;  // cosine
+  if (!plane || !((first.rig->body_from_camera * Vector3d::UnitZ()).z() > kDownward)) return false;
+  const double slope = angle_between(plane->normal, leveled.conjugate() * Vector3d::UnitZ());
+  if (!(slope > config_.max_plane_tilt_deg * kDegree)) return false;
+  attitude_fails_ = true;
+  alerts_.push_back(
+      {first.time, first.image, AlertKind::calibration_suspect,
+       "the AHRS contradicts the images: by its roll and pitch the ground slopes by " +
+           std::to_string(std::lround(slope / kDegree)) +
+           " degrees, but the camera, mounted to look down, sees it from above",
+       kAttitudeRemedy +
+           std::string("; if the ground is as steep as that, raise "
+                       "reference.max_plane_tilt_deg. ") +
+           kWithoutAttitude});
+  return true;
+}
+
+// 3.3: z is the normal of the map's plane. A later sub-map also keeps the heading last known.
+Eigen::Quaterniond SurveyFrame::upright(const Window& initial, const std::optional<Plane>& plane) {
+  const Vector3d up = plane ? plane->normal : Vector3d(-mean_view_direction(initial));
   if (axes_ == SurveyAxes::none) {
     axes_ = plane ? SurveyAxes::first_plane : SurveyAxes::first_camera;
   }
@@ -272,7 +323,40 @@ std::vector<Alert> SurveyFrame::observe(const Orientation& orientation) {
     }
     last_ = now;
   }
-  return claims_.observe(orientation);
+  check_attitude(orientation);
+  std::vector<Alert> alerts = std::exchange(alerts_, {});
+  std::ranges::move(claims_.observe(orientation), std::back_inserter(alerts));
+  return alerts;
+}
+
+// An image may get its pose long after its shot, while a map is being started.
+void SurveyFrame::check_attitude(const Orientation& orientation) {
+  constexpr std::size_t kWaiting = 64;
+  if (!config_.attitude || attitude_fails_) return;
+  const Shot* shot = orientation.shot.get();
+  if (shot && shot->frame && shot->frame->attitude) {
+    const Frame& frame = *shot->frame;
+    attitudes_[frame.image] = {frame.time, 0, frame.rig->body_from_camera.conjugate(),
+                               frame.attitude->ned_from_body()};
+    if (attitudes_.size() > kWaiting) attitudes_.erase(attitudes_.begin());
+  }
+  std::map<std::uint64_t, AttitudeSample> posed;
+  for (const ImagePose& pose : orientation.poses) {
+    auto known = attitudes_.extract(pose.image);
+    if (known.empty()) continue;
+    AttitudeSample& sample = known.mapped();
+    sample.submap = pose.submap;
+    sample.survey_from_body = pose.survey_from_camera.rotation * sample.survey_from_body;
+    posed.insert(std::move(known));
+  }
+  for (const auto& [image, sample] : posed) {
+    const auto contradiction = attitude_check_.observe(sample);
+    if (!contradiction) continue;
+    attitude_fails_ = attitude_fails_ || contradiction->of_tilt;
+    alerts_.push_back({sample.time, image, AlertKind::calibration_suspect, contradiction->message,
+                       std::string(kAttitudeRemedy) + ". " +
+                           (contradiction->of_tilt ? kWithoutAttitude : kWithoutNorth)});
+  }
 }
 
 }  // namespace nadir::reference

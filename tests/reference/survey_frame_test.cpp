@@ -276,5 +276,92 @@ TEST(SurveyFrame, KnownLengthThatFindsNoGroundIsTold) {
   EXPECT_NE(alerts[0].message.find("image 99 was not there"), std::string::npos);
 }
 
+TEST(SurveyFrame, AhrsThatMakesTheGroundAWallIsToldAndLeftOut) {
+  Dive dive = dive_in_camera_frame(true, true);
+  for (auto& frame : dive.frames) {
+    auto rolled = std::make_shared<Frame>(*frame);
+    rolled->attitude->roll += std::numbers::pi / 2;
+    frame = rolled;
+  }
+  SurveyFrame survey({}, true_plane);
+  const SubmapPlacement placement = survey.place(dive.window, dive.frames);
+  EXPECT_EQ(survey.axes(), SurveyAxes::first_plane);
+  for (const TiePoint& point : dive.window.tie_points) {
+    EXPECT_NEAR((placement.survey_from_odometry * point.x_in_survey).z(), 0, 1e-9);
+  }
+  const auto alerts = survey.observe(Orientation{});
+  ASSERT_EQ(alerts.size(), 1u);
+  EXPECT_EQ(alerts[0].kind, AlertKind::calibration_suspect);
+  EXPECT_NE(alerts[0].message.find("slopes by 90 degrees"), std::string::npos);
+  EXPECT_NE(alerts[0].remedy.find("capture.mounting_"), std::string::npos);
+  EXPECT_FALSE(survey.mark(Following::shot(*dive.frames[0]))->frame->attitude);
+}
+
+TEST(SurveyFrame, CameraMountedToLookAheadMaySeeAWall) {
+  Dive dive = dive_in_camera_frame(true, true);
+  const Quaterniond ahead(AngleAxisd(std::numbers::pi / 2, Vector3d::UnitY()));
+  auto rig = std::make_shared<CameraRig>(*dive.frames[0]->rig);
+  rig->body_from_camera = ahead * rig->body_from_camera;
+  for (auto& frame : dive.frames) {
+    auto mounted = std::make_shared<Frame>(*frame);
+    mounted->rig = rig;
+    frame = mounted;
+  }
+  SurveyFrame survey({}, true_plane);
+  survey.place(dive.window, dive.frames);
+  EXPECT_EQ(survey.axes(), SurveyAxes::attitude);
+  EXPECT_TRUE(survey.observe(Orientation{}).empty());
+}
+
+TEST(SurveyFrame, AhrsThatTurnsTheOtherWayIsToldOnceAndLeftOut) {
+  Following d;
+  std::size_t told = 0;
+  for (int i = 3; i < 60; ++i) {
+    Frame frame = *d.dive.frames[2];
+    frame.image = static_cast<std::uint64_t>(i);
+    frame.time = from_seconds(i);
+    const double roll = 0.05 * std::sin(i);
+    frame.attitude->roll -= roll;
+    ImagePose pose = d.poses[2];
+    pose.image = frame.image;
+    pose.time = frame.time;
+    const Quaterniond rolled(AngleAxisd(roll, Vector3d::UnitX()));
+    const Quaterniond& mounted = frame.rig->body_from_camera;
+    pose.survey_from_camera.rotation =
+        pose.survey_from_camera.rotation * mounted.conjugate() * rolled * mounted;
+    Orientation orientation;
+    orientation.shot = d.survey.mark(Following::shot(frame));
+    EXPECT_EQ(orientation.shot->frame->attitude.has_value(), told == 0);
+    orientation.poses = {pose};
+    for (const Alert& alert : d.survey.observe(orientation)) {
+      ++told;
+      EXPECT_EQ(alert.kind, AlertKind::calibration_suspect);
+      EXPECT_NE(alert.message.find("in roll it turns by -1.00"), std::string::npos);
+    }
+  }
+  EXPECT_EQ(told, 1u);
+}
+
+TEST(SurveyFrame, LasersThatNobodySeesAreTold) {
+  const Dive dive = dive_in_camera_frame(true, true);
+  calibration::Lasers lasers;
+  lasers.separation = 0.1;
+  lasers.parallel_to_optical_axis = true;
+  lasers.origins_in_camera = {{-0.05, 0.06, 0}, {0.05, 0.06, 0}};
+  SurveyFrame survey({}, true_plane, lasers);
+  survey.place(dive.window, dive.frames);
+  std::vector<Alert> alerts;
+  for (std::uint64_t i = 0; i < 30; ++i) {
+    Orientation orientation;
+    orientation.shot = Following::shot(*dive.frames[0]);
+    orientation.poses = {dive.window.images[0]};
+    orientation.poses[0].image = i;
+    for (const Alert& alert : survey.observe(orientation)) alerts.push_back(alert);
+  }
+  ASSERT_EQ(alerts.size(), 1u);
+  EXPECT_EQ(alerts[0].kind, AlertKind::sensor_stale);
+  EXPECT_NE(alerts[0].message.find("0 of 20 images"), std::string::npos);
+}
+
 }  // namespace
 }  // namespace nadir::reference

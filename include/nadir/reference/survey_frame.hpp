@@ -4,6 +4,7 @@
 #pragma once
 
 #include <functional>
+#include <map>
 #include <memory>
 #include <optional>
 #include <string>
@@ -12,6 +13,7 @@
 #include "nadir/core/revision.hpp"
 #include "nadir/core/surface.hpp"
 #include "nadir/core/window.hpp"
+#include "nadir/reference/attitude_check.hpp"
 #include "nadir/reference/scale_claims.hpp"
 
 namespace nadir::reference {
@@ -45,9 +47,11 @@ class SurveyFrame {
 
   /// lasers: none, or those beside the camera; a fault of theirs is told with the first shot.
   SurveyFrame(Config config, PlaneOf plane_of,
-              const std::optional<calibration::Lasers>& lasers = std::nullopt);
+              const std::optional<calibration::Lasers>& lasers = std::nullopt,
+              const AttitudeSigma& attitude_sigma = {});
 
-  /// Before a shot is oriented: the same, or with the lasers' dots marked as hidden.
+  /// Before a shot is oriented: the same, or with the lasers' dots marked as hidden, or without
+  /// its attitude once the AHRS was found to contradict the images.
   std::shared_ptr<const Shot> mark(std::shared_ptr<const Shot> shot);
 
   /// initial: in the odometry frame of the new sub-map; frames: of initial.images, in their order.
@@ -55,7 +59,9 @@ class SurveyFrame {
                         const std::vector<std::shared_ptr<const Frame>>& frames);
 
   /// Remembers the newest pose and viewing distance, from which a later sub-map is dead-reckoned,
-  /// and measures the scale. Alerts when two sources of it disagree.
+  /// and measures the scale. Alerts when two sources of it disagree, and when the AHRS contradicts
+  /// the images: by how it turns, or by a ground that it calls a wall (max_plane_tilt_deg) though
+  /// a camera that looks down sees it from above.
   [[nodiscard]] std::vector<Alert> observe(const Orientation& orientation);
 
   /// After observe(): where the shot's image may have been taken when it has no pose; none before
@@ -79,7 +85,11 @@ class SurveyFrame {
     std::optional<Attitude> attitude;
   };
 
-  Eigen::Quaterniond upright(const Window& initial);
+  std::optional<Plane> plane_seen_from_above(const Window& initial) const;
+  bool is_wall(const Eigen::Quaterniond& leveled, const std::optional<Plane>& plane,
+               const Frame& first);
+  Eigen::Quaterniond upright(const Window& initial, const std::optional<Plane>& plane);
+  void check_attitude(const Orientation& orientation);
   Eigen::Vector3d reckoned_position(const Frame& frame) const;
   Eigen::Quaterniond reckoned_rotation(const Frame& frame) const;
 
@@ -89,6 +99,10 @@ class SurveyFrame {
   Scale scale_;
   std::optional<LastSeen> last_;
   ScaleClaims claims_;
+  AttitudeCheck attitude_check_;
+  std::map<std::uint64_t, AttitudeSample> attitudes_;  ///< by image, of those without a pose yet
+  bool attitude_fails_ = false;                        ///< roll or pitch contradict the images
+  std::vector<Alert> alerts_;                          ///< to be told with the next orientation
   std::optional<calibration::Lasers> beams_;
   std::optional<Alert> lasers_alert_;  ///< to be told with the first shot
   double viewing_distance_ = 1;        ///< median over the last window, survey units
