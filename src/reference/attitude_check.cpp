@@ -99,9 +99,11 @@ std::optional<AttitudeContradiction> AttitudeCheck::regress() {
   constexpr std::array<double, 3> kMotion{1.5 * kDegree, 1.5 * kDegree, 0.75 * kDegree};
   constexpr std::array kNames{"roll", "pitch", "heading"};
   if (pairs_ < kFewest) return std::nullopt;
-  const Eigen::FullPivLU<Eigen::Matrix3d> solver(by_images_);
-  if (!solver.isInvertible()) return std::nullopt;
-  const Eigen::Matrix3d covariance = solver.inverse(), ahrs_from_images = by_both_ * covariance;
+  // An axis about which nothing turned is the images' noise.
+  constexpr double kNoise = 0.05 * kDegree;
+  const Eigen::Matrix3d covariance =
+      (by_images_ + pairs_ * kNoise * kNoise * Eigen::Matrix3d::Identity()).inverse();
+  const Eigen::Matrix3d ahrs_from_images = by_both_ * covariance;
   for (int axis = 0; axis < 3; ++axis) {
     const double motion = kMotion[static_cast<std::size_t>(axis)];
     if (by_images_(axis, axis) < pairs_ * motion * motion) continue;

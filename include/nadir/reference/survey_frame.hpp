@@ -25,7 +25,8 @@ struct Config {
 
   /// Between a map's plane and the mean viewing direction; the camera looks down, so a plane
   /// steeper than that is an artefact of a few images with doubtful calibration, or a wall, and
-  /// gives no vertical.
+  /// gives no vertical. An AHRS by which the ground of a camera mounted to look down is steeper
+  /// than that is not believed.
   double max_plane_tilt_deg = 35;
 
   double altimeter_below_camera_m = 0;  ///< along the vehicle's down axis, from the lens
