@@ -11,15 +11,13 @@
 namespace nadir::odometry {
 namespace {
 
-double mean_focal(const CameraModel& camera) { return 0.5 * (camera.fx + camera.fy); }
-
 double error_px(const Adjustment& a, const CameraRig& rig, const Adjustment::Observation& o) {
   Eigen::Vector3d x = a.images[static_cast<std::size_t>(o.image)].camera_from_map *
                       a.points[static_cast<std::size_t>(o.point)].x_in_map;
   if (o.right) x = rig.right->right_from_left * x;
   if (!(x.z() > 1e-6)) return std::numeric_limits<double>::infinity();
   const double error = (x.head<2>() / x.z() - o.ray).norm();
-  return mean_focal(o.right ? rig.right->camera : rig.left) * error;
+  return (o.right ? rig.right->camera : rig.left).mean_focal() * error;
 }
 
 double robust_rms(Adjustment& a, const CameraRig& rig, double robust_px) {

@@ -17,7 +17,7 @@ constexpr double kRatio = 0.85;
 
 }  // namespace
 
-double corner_sigma(const CameraModel& camera) { return 0.6 / (0.5 * (camera.fx + camera.fy)); }
+double corner_sigma(const CameraModel& camera) { return 0.6 / camera.mean_focal(); }
 
 Correspondences correspond(const Features& first, const Features& second,
                            const CameraModel& camera) {

@@ -12,9 +12,6 @@ namespace nadir::odometry {
 namespace {
 
 using Eigen::Matrix3d, Eigen::MatrixXd, Eigen::Vector3d;
-Matrix3d cross_matrix(const Vector3d& v) {
-  return Matrix3d{{0, -v.z(), v.y()}, {v.z(), 0, -v.x()}, {-v.y(), v.x(), 0}};
-}
 
 Eigen::Matrix<double, 6, 6> adjoint(const Rigid3& pose) {
   const Matrix3d r = pose.rotation.toRotationMatrix();

@@ -33,8 +33,6 @@ constexpr double kCoarseTolerance_px = 4.0;
 constexpr double kFineTolerance_px = 2.0;
 constexpr double kRatio = 0.85;
 
-double focal(const CameraModel& camera) { return 0.5 * (camera.fx + camera.fy); }
-
 struct Rough {
   Rigid3 camera_from_map;
   int inliers = 0;
@@ -54,9 +52,10 @@ Rough resect_points(const std::vector<Vector3d>& points, const Rays& rays,
   for (const auto& r : rays) u.emplace_back(r.x(), r.y());
   cv::Mat rotation, translation, matrix;
   std::vector<int> inliers;
-  const bool found = cv::solvePnPRansac(
-      x, u, cv::Mat::eye(3, 3, CV_64F), cv::noArray(), rotation, translation, false, 400,
-      static_cast<float>(kCoarseTolerance_px / focal(camera)), 0.999, inliers, cv::SOLVEPNP_AP3P);
+  const bool found =
+      cv::solvePnPRansac(x, u, cv::Mat::eye(3, 3, CV_64F), cv::noArray(), rotation, translation,
+                         false, 400, static_cast<float>(kCoarseTolerance_px / camera.mean_focal()),
+                         0.999, inliers, cv::SOLVEPNP_AP3P);
   if (!found || static_cast<int>(inliers.size()) < kMinCoarse) return rough;
   cv::Rodrigues(rotation, matrix);
   Eigen::Matrix3d r;
@@ -171,7 +170,7 @@ std::vector<Rough> by_relative_orientation(const Map& map, const KeyFrame& refer
     first.push_back(ray);
     second.push_back(of_view.rays[static_cast<std::size_t>(k)]);
     const bool near = std::any_of(tie_points.begin(), tie_points.end(), [&](const Vector2d& t) {
-      return (t - ray).norm() * focal(camera) < kNear_px;
+      return (t - ray).norm() * camera.mean_focal() < kNear_px;
     });
     if (!near || !prior.known()) continue;
     known.emplace_back(ray.homogeneous() / prior.at(ray).inverse_depth);

@@ -283,7 +283,7 @@ std::vector<Range> ranges_of(const LaserDots& dots, const calibration::Lasers& l
     const double depth = beams[i].at(dot.distance).z();
     const Eigen::Vector3d& along = beams[i].direction;
     const Eigen::Vector2d by_distance = (along.head<2>() - dot.ray * along.z()) / depth;
-    const double moved_px = 0.5 * (camera.fx + camera.fy) * by_distance.norm() * dot.distance;
+    const double moved_px = camera.mean_focal() * by_distance.norm() * dot.distance;
     if (depth > 0 && moved_px > 0) ranges.push_back({dot.ray, depth, kDot_px / moved_px});
   }
   return ranges;

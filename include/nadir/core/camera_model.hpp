@@ -32,6 +32,7 @@ struct CameraModel {
   /// averaged.
   CameraModel reduced(int divisor) const;
   Eigen::Matrix3d matrix() const;
+  double mean_focal() const { return 0.5 * (fx + fy); }  ///< px
 };
 
 /// One camera, or a pair whose left camera is the reference.

@@ -40,4 +40,9 @@ struct Similarity3 {
   }
 };
 
+/// cross_matrix(v) * w = v x w.
+inline Eigen::Matrix3d cross_matrix(const Eigen::Vector3d& v) {
+  return Eigen::Matrix3d{{0, -v.z(), v.y()}, {v.z(), 0, -v.x()}, {-v.y(), v.x(), 0}};
+}
+
 }  // namespace nadir
