@@ -168,6 +168,9 @@ std::vector<Setting> make_settings() {
               "key frames in the final bundle adjustment; beyond, only the pose graph"),
       setting("revisit.max_tilt_deg", &Config::revisit, &revisit::Config::max_tilt_deg,
               "between the verticals of two images that show the same ground"),
+      setting("revisit.check_calibration", &Config::revisit, &revisit::Config::check_calibration,
+              "alert where images contradict the calibration, revisits enabled or not; a "
+              "self-calibration tells, a second or so off the live path"),
       setting("plane.min_images", &Config::plane, &plane::Config::min_images,
               "a tie point counts when seen in at least so many images"),
       setting("plane.max_reprojection_px", &Config::plane, &plane::Config::max_reprojection_px,

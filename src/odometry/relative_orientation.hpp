@@ -19,7 +19,8 @@ struct Agreement {
   Eigen::Matrix3d homography = Eigen::Matrix3d::Zero();  ///< second ~ H first; zero when none
 };
 
-/// sigma: standard deviation of a coordinate, normalised units.
+/// sigma: standard deviation of a coordinate, normalised units. No inliers for fewer than 12
+/// correspondences and where hardly any agree with one homography.
 Agreement verify(const Rays& first, const Rays& second, double sigma);
 
 struct RelativeOrientation {

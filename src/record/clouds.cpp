@@ -54,7 +54,9 @@ void for_each_shot(const path& dive, bool pixels, Each each) {
   JournalReader journal(dive);
   while (const auto record = journal.next()) {
     if (record->type != RecordType::shot) continue;
-    if (const auto facts = decode_facts(record->payload, pixels)) each(*facts, record->sequence);
+    auto facts = decode_facts(record->payload, pixels);
+    if (!facts && pixels) facts = decode_facts(record->payload, false);  // rather black than lost
+    if (facts) each(*facts, record->sequence);
   }
 }
 

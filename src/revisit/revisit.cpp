@@ -4,10 +4,12 @@
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 #include <map>
 #include <set>
 
 #include "map_adjustment.hpp"
+#include "nadir/odometry/calibration_monitor.hpp"
 #include "pose_graph.hpp"
 #include "recognition.hpp"
 
@@ -53,6 +55,7 @@ Edge step(int first, int second, const std::vector<Node>& nodes) {
 
 struct Revisit::State {
   Config config;
+  odometry::CalibrationMonitor calibration;
   Maps maps;
   std::map<std::uint32_t, ScaleEstimate> scales;  ///< measured, by sub-map
   std::map<std::uint64_t, Similarity3> told;      ///< by image
@@ -202,6 +205,10 @@ Revision Revisit::process(const Settlement& settlement) {
     s.look(static_cast<int>(s.maps.nodes.size()) - 1, out);
   }
   const bool last = !settlement.image;
+  if (s.config.check_calibration) {
+    std::ranges::move(s.calibration.observe(settlement.key_frames, last),
+                      std::back_inserter(out.alerts));
+  }
   if (last && s.config.enabled) look_all_over(s.maps, s.config, s.time, out);
   if (!s.maps.loose.empty() && (last || s.since_adjusted >= kPeriod)) s.adjust_loose();
   if (last) s.adjust_bundles();

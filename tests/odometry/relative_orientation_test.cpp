@@ -89,6 +89,12 @@ TEST(Verify, FindsTheHomographyOfFlatGround) {
   }
 }
 
+TEST(Verify, FindsNothingInUnrelatedMatches) {
+  const Pair p = pair(step(0.4), 0.2, 150);
+  const Agreement agreement = verify(p.first, p.second, kSigma);
+  EXPECT_LT(agreement.inliers.size(), 25U);
+}
+
 TEST(RelativeOrientation, HasNoAnswerForAPureRotation) {
   const Pair p = pair(step(0), 0.2);
   EXPECT_TRUE(relative_orientations(p.first, p.second, small_rig().left, kSigma).empty());

@@ -11,7 +11,7 @@
 #include <string>
 
 #include "nadir/core/check.hpp"
-#include "odometry/ground.hpp"
+#include "odometry/film.hpp"
 
 namespace nadir::odometry {
 namespace {
@@ -49,26 +49,6 @@ Dive dive(const std::vector<std::shared_ptr<const Shot>>& shots, Config config =
     EXPECT_FALSE(result.lost.contains(image)) << image << " is both oriented and lost";
   }
   return result;
-}
-
-std::vector<Rigid3> swimming_path(int images, double step = 0.2) {
-  std::vector<Rigid3> path;
-  for (int i = 0; i < images; ++i) {
-    path.push_back(looking_down(step * i, 0.1 * std::sin(0.7 * i), 1 + 0.05 * std::cos(0.5 * i),
-                                0.15 * std::sin(0.4 * i), 0.03 * std::sin(1.1 * i)));
-  }
-  return path;
-}
-
-std::vector<std::shared_ptr<const Shot>> film(const CameraRig& rig, const std::vector<Rigid3>& path,
-                                              std::uint64_t first = 0) {
-  static const Ground ground;
-  const auto shared = std::make_shared<const CameraRig>(rig);
-  std::vector<std::shared_ptr<const Shot>> shots;
-  for (std::size_t i = 0; i < path.size(); ++i) {
-    shots.push_back(ground.shot(first + i, shared, path[i]));
-  }
-  return shots;
 }
 
 // Root mean square of the camera positions after the best similarity (scale free) or rigid motion.
@@ -112,21 +92,6 @@ TEST(VisualOdometry, IsMetricWithAPair) {
   EXPECT_LT(position_rms(d, path, false), 0.006);
 }
 
-// The frames of a film with other right images.
-template <class RightOf>
-std::vector<std::shared_ptr<const Shot>> with_right(std::vector<std::shared_ptr<const Shot>> shots,
-                                                    RightOf right_of) {
-  const auto original = shots;
-  for (std::size_t i = 0; i < shots.size(); ++i) {
-    auto frame = std::make_shared<Frame>(*original[i]->frame);
-    right_of(original, i, *frame);
-    auto shot = std::make_shared<Shot>(*original[i]);
-    shot->frame = std::move(frame);
-    shots[i] = std::move(shot);
-  }
-  return shots;
-}
-
 // Mapped by the left images alone, and said so.
 void expect_refused_pair(const Dive& d, const std::vector<Rigid3>& path) {
   const Alert* alert = d.alert(AlertKind::calibration_suspect);
@@ -140,7 +105,7 @@ TEST(VisualOdometry, RefusesPairsThatAreSwapped) {
   const auto path = swimming_path(8);
   CameraRig rig = small_pair();
   rig.right->camera = rig.left;  // the left images are taken by a camera like the left one
-  const auto shots = with_right(film(rig, path), [](const auto&, std::size_t, Frame& frame) {
+  const auto shots = with_frames(film(rig, path), [](const auto&, std::size_t, Frame& frame) {
     std::swap(frame.grey, frame.right);
     cv::cvtColor(frame.grey, frame.colour, cv::COLOR_GRAY2BGR);
   });
@@ -150,7 +115,7 @@ TEST(VisualOdometry, RefusesPairsThatAreSwapped) {
 TEST(VisualOdometry, RefusesPairsOfDifferentMoments) {
   const auto path = swimming_path(8);
   const auto shots =
-      with_right(film(small_pair(), path), [](const auto& all, std::size_t i, Frame& frame) {
+      with_frames(film(small_pair(), path), [](const auto& all, std::size_t i, Frame& frame) {
         frame.right = all[std::min(i + 1, all.size() - 1)]->frame->right;
       });
   expect_refused_pair(dive(shots), path);
@@ -169,7 +134,7 @@ TEST(VisualOdometry, GoesOnWithoutARightCameraThatFailsOnTheWay) {
       {"other ground", [&](std::size_t i) { return good[i - 7]->frame->right; }}};
   for (const auto& [failure, right_of] : failures) {
     const RightOf& wrong = right_of;  // clang 14 captures no bindings
-    const Dive d = dive(with_right(good, [&](const auto&, std::size_t i, Frame& frame) {
+    const Dive d = dive(with_frames(good, [&](const auto&, std::size_t i, Frame& frame) {
       if (i >= 7) frame.right = wrong(i);
     }));
     const Alert* alert = d.alert(AlertKind::calibration_suspect);
@@ -183,7 +148,7 @@ TEST(VisualOdometry, GoesOnWithoutARightCameraThatFailsOnTheWay) {
 
 TEST(VisualOdometry, MapsByTheLeftImagesWhereTheRightShowNothing) {
   const auto path = swimming_path(8);
-  const auto shots = with_right(film(small_pair(), path), [](const auto&, std::size_t, Frame& f) {
+  const auto shots = with_frames(film(small_pair(), path), [](const auto&, std::size_t, Frame& f) {
     f.right = cv::Mat::zeros(240, 320, CV_8U);
   });
   expect_refused_pair(dive(shots), path);

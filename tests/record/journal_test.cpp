@@ -179,6 +179,22 @@ TEST(Facts, AreTheSameAfterTheJournal) {
   EXPECT_EQ(back->tiles, facts.tiles);
 }
 
+TEST(Facts, AreReadWithoutPixelsEvenIfTheseAreDamaged) {
+  const Facts facts = facts_of(SmallDive{}.entry(2));
+  Bytes bytes = encode(facts);
+  const std::string_view signature = "PNG";
+  const auto png = std::search(bytes.begin(), bytes.end(), signature.begin(), signature.end());
+  ASSERT_NE(png, bytes.end());
+  *png = 'p';
+  EXPECT_FALSE(decode_facts(bytes));
+  const auto back = decode_facts(bytes, false);
+  ASSERT_TRUE(back);
+  EXPECT_EQ(back->grid->bgr.size(), facts.grid->bgr.size());
+  EXPECT_EQ(cv::countNonZero(back->grid->bgr.reshape(1)), 0);
+  EXPECT_EQ(back->grid->survey_from_grid, facts.grid->survey_from_grid);
+  EXPECT_EQ(back->alerts.size(), facts.alerts.size());
+}
+
 TEST(Facts, CutShortAreNone) {
   const Bytes bytes = encode(facts_of(SmallDive{}.entry(1)));
   for (std::size_t size = 0; size < bytes.size(); ++size) {

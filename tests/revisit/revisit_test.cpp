@@ -298,5 +298,38 @@ TEST(Revisit, RefusesSettingsOutOfRange) {
   EXPECT_THROW(config.check(), InputError);
 }
 
+// What another lens than the calibrated one makes of the rays.
+std::shared_ptr<const SettledKeyFrame> bent(const SettledKeyFrame& key_frame) {
+  constexpr double kK1 = 0.05;
+  auto result = std::make_shared<SettledKeyFrame>(key_frame);
+  for (auto& seen : result->observations) seen.ray *= 1 + kK1 * seen.ray.squaredNorm();
+  return result;
+}
+
+TEST(Revisit, TellsOfACalibrationThatDoesNotFitWhetherItLooksForKnownGroundOrNot) {
+  Seabed seabed;
+  std::vector<std::shared_ptr<const SettledKeyFrame>> good, wrong;
+  // Turning: a straight lane takes another lens for a bend of the ground.
+  for (int i = 0; i < 12; ++i) {
+    const Rigid3 pose = looking_down(0.2 * i, 0, 1.5 + 0.1 * (i % 2), 0.8 * i, 0.1 * (i % 3));
+    good.push_back(seabed.key_frame(good.size(), 0, pose, {}));
+    wrong.push_back(bent(*good.back()));
+  }
+  Config config;
+  const auto suspected = [&](const auto& key_frames) {
+    return std::ranges::any_of(run(key_frames, config).alerts, [](const Alert& alert) {
+      return alert.kind == AlertKind::calibration_suspect;
+    });
+  };
+  for (const bool enabled : {true, false}) {
+    config.enabled = enabled;
+    config.check_calibration = true;
+    EXPECT_TRUE(suspected(wrong)) << enabled;
+    EXPECT_FALSE(suspected(good)) << enabled;
+    config.check_calibration = false;
+    EXPECT_FALSE(suspected(wrong)) << enabled;
+  }
+}
+
 }  // namespace
 }  // namespace nadir::revisit

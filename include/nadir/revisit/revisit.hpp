@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Known ground seen again: key frames are matched against earlier ones that should overlap, or that
 // look alike in another sub-map; the map is then adjusted as a pose graph, at the end as a bundle.
+// Settled key frames also tell whether the calibration fits.
 // The paper (3.2) has no such stage: errors of its poses only grow, and a lost sub-map stays apart.
 #pragma once
 
@@ -18,6 +19,9 @@ struct Config {
   int candidates = 3;        ///< earlier key frames tried for each new one
   int max_adjusted = 400;    ///< key frames in the final bundle adjustment; beyond, pose graph only
   double max_tilt_deg = 12;  ///< between two images of the same ground, where verticals are known
+  /// Enabled or not: by a self-calibration where residuals call for it, a second of a desktop
+  /// processor, up to four times in a dive.
+  bool check_calibration = true;
 
   /// Throws InputError naming the key, its value and the allowed range.
   void check() const;
