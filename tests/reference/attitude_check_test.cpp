@@ -19,25 +19,44 @@ using ::testing::HasSubstr;
 
 constexpr double kDegree = M_PI / 180;
 
+using Eigen::AngleAxisd, Eigen::Quaterniond, Eigen::Vector3d;
+
 // A vehicle that rolls, pitches and holds its heading to some degrees, as images at 2 Hz see it;
-// its AHRS, of 0.4 degrees of noise, tells what `as_told` makes of the truth.
+// its noisy AHRS tells what `as_told` makes of the truth.
+struct Vehicle {
+  double pitch_deg = 0;
+  AttitudeSigma sigma;
+  std::function<double(int)> heading = [](int) { return 80 * kDegree; };
+  std::function<Quaterniond(int)> map_bends = [](int) { return Quaterniond::Identity(); };
+  double moves = 1;
+  double noise_deg = 0.4;
+
+  std::vector<AttitudeContradiction> contradictions(
+      const std::function<Attitude(Attitude, int)>& as_told, int images = 60) const {
+    std::mt19937 random(5);
+    std::normal_distribution<double> noise(0, noise_deg * kDegree);
+    AttitudeCheck check(sigma);
+    std::vector<AttitudeContradiction> told;
+    for (int i = 0; i < images; ++i) {
+      const Attitude truth{moves * 3 * kDegree * std::sin(0.5 * i),
+                           pitch_deg * kDegree + moves * 2.5 * kDegree * std::sin(0.37 * i + 1),
+                           heading(i) + moves * 4 * kDegree * std::sin(0.21 * i)};
+      const Attitude ahrs = as_told(
+          {truth.roll + noise(random), truth.pitch + noise(random), truth.yaw + noise(random)}, i);
+      const AttitudeSample sample{from_seconds(0.5 * i), 0, map_bends(i) * truth.ned_from_body(),
+                                  ahrs.ned_from_body()};
+      if (auto contradiction = check.observe(sample)) told.push_back(*contradiction);
+    }
+    return told;
+  }
+};
+
 std::vector<AttitudeContradiction> contradictions(
     const std::function<Attitude(Attitude, int)>& as_told, int images = 60) {
-  std::mt19937 random(5);
-  std::normal_distribution<double> noise(0, 0.4 * kDegree);
-  AttitudeCheck check({});
-  std::vector<AttitudeContradiction> told;
-  for (int i = 0; i < images; ++i) {
-    const Attitude truth{3 * kDegree * std::sin(0.5 * i), 2.5 * kDegree * std::sin(0.37 * i + 1),
-                         80 * kDegree + 4 * kDegree * std::sin(0.21 * i)};
-    const Attitude ahrs = as_told(
-        {truth.roll + noise(random), truth.pitch + noise(random), truth.yaw + noise(random)}, i);
-    const AttitudeSample sample{from_seconds(0.5 * i), 0, truth.ned_from_body(),
-                                ahrs.ned_from_body()};
-    if (auto contradiction = check.observe(sample)) told.push_back(*contradiction);
-  }
-  return told;
+  return Vehicle{}.contradictions(as_told, images);
 }
+
+Attitude as_it_is(Attitude a, int) { return a; }
 
 TEST(AttitudeCheck, AhrsThatAgreesIsLeftAlone) {
   EXPECT_TRUE(contradictions([](Attitude a, int) { return a; }, 2000).empty());
@@ -94,6 +113,77 @@ TEST(AttitudeCheck, JumpThatLastsIsNamed) {
   ASSERT_EQ(told.size(), 1u);
   EXPECT_FALSE(told[0].of_tilt);
   EXPECT_THAT(told[0].message, HasSubstr("differ by 9"));
+}
+
+TEST(AttitudeCheck, ErrorOfTheHeadingOfATiltedVehicleIsNoneOfItsTilt) {
+  for (const double pitch : {-30, -15, 10, 15, 30}) {
+    Vehicle vehicle;
+    vehicle.pitch_deg = pitch;
+    const auto jump = vehicle.contradictions([](Attitude a, int i) {
+      if (i >= 20) a.yaw += 45 * kDegree;
+      return a;
+    });
+    ASSERT_EQ(jump.size(), 1u) << pitch;
+    EXPECT_FALSE(jump[0].of_tilt) << pitch << ": " << jump[0].message;
+    EXPECT_THAT(jump[0].message, HasSubstr("over the last 2.5 s it turned by"));
+    EXPECT_THAT(jump[0].message, HasSubstr("in heading"));
+
+    const auto sign = vehicle.contradictions([](Attitude a, int) {
+      a.yaw = -a.yaw;
+      return a;
+    });
+    ASSERT_EQ(sign.size(), 1u) << pitch;
+    EXPECT_FALSE(sign[0].of_tilt) << pitch << ": " << sign[0].message;
+    EXPECT_THAT(sign[0].message, HasSubstr("in heading it turns by -"));
+  }
+}
+
+TEST(AttitudeCheck, TiltedVehicleThatAgreesIsLeftAlone) {
+  for (const double pitch : {-30, 15, 30, 60}) {
+    Vehicle vehicle;
+    vehicle.pitch_deg = pitch;
+    EXPECT_TRUE(vehicle.contradictions(as_it_is, 500).empty()) << pitch;
+  }
+}
+
+TEST(AttitudeCheck, TurningBackIsNoWrongSign) {
+  Vehicle vehicle;
+  vehicle.moves = 0.1;
+  vehicle.heading = [](int i) { return i / 20 * 179 * kDegree; };
+  for (const double pitch : {0, 15}) {
+    vehicle.pitch_deg = pitch;
+    const auto told = vehicle.contradictions(
+        [](Attitude a, int i) {
+          a.yaw += i / 20 * 2 * kDegree;
+          return a;
+        },
+        400);
+    EXPECT_TRUE(told.empty()) << told[0].message;
+  }
+}
+
+TEST(AttitudeCheck, MapThatBendsIsNoFaultOfTheAhrs) {
+  Vehicle vehicle;
+  vehicle.noise_deg = 0.2;
+  vehicle.map_bends = [](int i) {
+    return Quaterniond(AngleAxisd(
+        0.35 * kDegree * i, Attitude{0, 0, 80 * kDegree}.ned_from_body() * Vector3d::UnitY()));
+  };
+  for (const double moves : {0.1, 0.3, 1.0}) {
+    vehicle.moves = moves;
+    const auto told = vehicle.contradictions(as_it_is, 120);
+    EXPECT_TRUE(told.empty()) << moves << ": " << told[0].message;
+  }
+}
+
+TEST(AttitudeCheck, ImagesHaveAnErrorOfTheirOwn) {
+  Vehicle vehicle;
+  vehicle.sigma = {0.1, 0.1};
+  vehicle.map_bends = [](int i) {
+    return Quaterniond(AngleAxisd(1 * kDegree * std::sin(0.3 * i), Vector3d::UnitX()));
+  };
+  const auto told = vehicle.contradictions(as_it_is, 400);
+  EXPECT_TRUE(told.empty()) << told[0].message;
 }
 
 TEST(AttitudeCheck, VehicleThatHardlyTurnsSaysNothing) {

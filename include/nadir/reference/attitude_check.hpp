@@ -32,15 +32,17 @@ struct AttitudeContradiction {
   bool of_tilt = false;  ///< roll or pitch contradict, not the heading alone
 };
 
-/// Compares how far both turned from each image to the fifth before it. The AHRS's turn about
-/// each axis of the body is regressed on the images' turn about all three; its coefficient of the
+/// Compares how far both turned, of images at least 0.3 s apart, from each to the fifth before it,
+/// about levelled axes: ahead, to the right, down. The AHRS's turn about each is regressed on the
+/// images' turn about all three and a constant, by which their map bends; its coefficient of the
 /// same axis is 1 when they agree, 0.02 for radians, -1 for a wrong sign, 0 for another axis.
 class AttitudeCheck {
  public:
   explicit AttitudeCheck(const AttitudeSigma& sigma) : sigma_(sigma) {}
 
   /// Of images in order of time. A contradiction of the tilt once, of the heading once: when the
-  /// regression is certain of it, or when turns keep differing by more than 4 sigma.
+  /// regression is certain of it, or when turns keep differing by more than 4 sigma
+  /// of both.
   std::optional<AttitudeContradiction> observe(const AttitudeSample& sample);
 
  private:
@@ -51,7 +53,9 @@ class AttitudeCheck {
   AttitudeSigma sigma_;
   std::deque<AttitudeSample> recent_;  ///< of one sub-map
 
-  // Sums of products of turns about the body's axes (roll, pitch, heading), faded.
+  // Sums of turns about the levelled axes (roll, pitch, heading) and of their products, faded.
+  Eigen::Vector3d sum_images_ = Eigen::Vector3d::Zero();
+  Eigen::Vector3d sum_ahrs_ = Eigen::Vector3d::Zero();
   Eigen::Matrix3d by_images_ = Eigen::Matrix3d::Zero();
   Eigen::Matrix3d by_ahrs_ = Eigen::Matrix3d::Zero();
   Eigen::Matrix3d by_both_ = Eigen::Matrix3d::Zero();
