@@ -3,12 +3,18 @@
 // Comma-separated files with a header line.
 #pragma once
 
+#include <cmath>
 #include <filesystem>
 #include <string>
 #include <string_view>
 #include <vector>
 
 namespace nadir::capture {
+
+/// Seconds either side of zero that are accepted: the difference of two, in nanoseconds, stays
+/// within 64 bits.
+inline constexpr double kLatest_s = 4.6e9;
+inline bool is_time(double seconds) { return std::abs(seconds) < kLatest_s; }
 
 /// Columns are found by name, in any order and letter case; others are ignored, and so are a byte
 /// order mark, carriage returns, blanks around a value, quotes around it, blank lines and lines

@@ -47,13 +47,18 @@ struct Sensor {
   SensorLog log;
   SensorSilence silence;
 
-  std::optional<SensorLog::Values> at(const Frame& frame, bool last, std::vector<Alert>& alerts) {
+  std::optional<SensorLog::Values> at(const Frame& frame, std::vector<Alert>& alerts) {
     if (log.size() == 0) return std::nullopt;
     const auto values = log.at(frame.time);
-    if (auto alert = silence.observe(frame, values.has_value(), last, file, log)) {
+    if (auto alert = silence.observe(frame, values.has_value(), file, log)) {
       alerts.push_back(*std::move(alert));
     }
     return values;
+  }
+
+  void finish(std::vector<Alert>& alerts) {
+    if (log.size() == 0) return;
+    if (auto alert = silence.finish(file, log)) alerts.push_back(*std::move(alert));
   }
 };
 
@@ -73,6 +78,8 @@ struct FolderSource::State {
   /// The fault of the pair or of one of its files, named; empty when the frame's images were read.
   std::string read_images(std::size_t image, Frame& frame) const;
   void read_sensors(Frame& frame, std::vector<Alert>& alerts);
+  /// To be called with each image, read or not.
+  void finish_sensors(std::vector<Alert>& alerts);
 };
 
 namespace {
@@ -227,9 +234,8 @@ std::string FolderSource::State::read_images(std::size_t image, Frame& frame) co
 }
 
 void FolderSource::State::read_sensors(Frame& frame, std::vector<Alert>& alerts) {
-  const bool last = next_image == list.images.size();
   const auto values_of = [&](std::optional<Sensor>& sensor) {
-    return sensor ? sensor->at(frame, last, alerts) : std::nullopt;
+    return sensor ? sensor->at(frame, alerts) : std::nullopt;
   };
   constexpr double kDegree = std::numbers::pi / 180;
   if (const auto v = values_of(attitude)) {
@@ -237,6 +243,13 @@ void FolderSource::State::read_sensors(Frame& frame, std::vector<Alert>& alerts)
   }
   if (const auto v = values_of(depth)) frame.depth = v->front();
   if (const auto v = values_of(altitude)) frame.altitude = v->front();
+}
+
+void FolderSource::State::finish_sensors(std::vector<Alert>& alerts) {
+  if (next_image < list.images.size()) return;
+  for (std::optional<Sensor>* sensor : {&attitude, &depth, &altitude}) {
+    if (*sensor) (*sensor)->finish(alerts);
+  }
 }
 
 std::optional<Shot> FolderSource::next() {
@@ -254,6 +267,7 @@ std::optional<Shot> FolderSource::next() {
   if (!fault.empty()) {
     shot.alerts.push_back({shot.time, image, AlertKind::image_rejected, fault,
                            "the dive goes on without it; correct the file to map it later"});
+    s.finish_sensors(shot.alerts);
     return shot;
   }
   frame.image = image;
@@ -261,6 +275,7 @@ std::optional<Shot> FolderSource::next() {
   frame.name = shot.name;
   frame.rig = s.rig;
   s.read_sensors(frame, shot.alerts);
+  s.finish_sensors(shot.alerts);
   shot.frame = std::make_shared<const Frame>(std::move(frame));
   return shot;
 }

@@ -3,7 +3,6 @@
 #include "image_times.hpp"
 
 #include <algorithm>
-#include <cmath>
 #include <limits>
 #include <optional>
 #include <unordered_map>
@@ -17,9 +16,6 @@ namespace nadir::capture {
 namespace {
 
 using OptionalTimes = std::vector<std::optional<Time>>;
-
-// Within 64 bits of nanoseconds, either side of zero.
-bool is_time(double s) { return std::abs(s) < 9e9; }
 
 OptionalTimes times_from_csv(const std::filesystem::path& file, const ImageList& list) {
   CsvReader csv(file, {"frame", "seconds"});

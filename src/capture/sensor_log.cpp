@@ -14,8 +14,6 @@ constexpr Time kLongestGap = 500'000'000;  // machine.md: 0.5 s
 
 double wrapped(double degrees) { return degrees - 360 * std::floor((degrees + 180) / 360); }
 
-bool is_time(double s) { return std::abs(s) < 9e9; }  // within 64 bits of nanoseconds
-
 }  // namespace
 
 SensorLog::SensorLog(const std::filesystem::path& file, std::vector<SensorColumn> columns)

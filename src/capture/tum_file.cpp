@@ -6,6 +6,7 @@
 #include <cmath>
 #include <limits>
 
+#include "csv.hpp"
 #include "nadir/capture/pose_files.hpp"
 #include "nadir/core/check.hpp"
 #include "pose_text.hpp"
@@ -37,7 +38,7 @@ TimedPose read_pose(const PoseText& text) {
   // Ordered: of two faults the first is told.
   std::array<double, 8> v{};
   for (std::size_t i = 0; i < v.size(); ++i) v[i] = number(i);
-  if (std::abs(v[0]) >= 9e9) text.fail("the time is beyond 9e9 s", "give seconds");
+  if (!is_time(v[0])) text.fail("the time is beyond 4.6e9 s", "give seconds");
   return {from_seconds(v[0]), text.pose({v[7], v[4], v[5], v[6]}, {v[1], v[2], v[3]}),
           text.number()};
 }

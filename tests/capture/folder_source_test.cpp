@@ -314,6 +314,18 @@ TEST(FolderSource, TellsAtTheEndOfAFewImagesWithoutAnyValue) {
   EXPECT_THAT(alerts[0].message, HasSubstr("depth.csv says nothing of images 0 to 2"));
 }
 
+TEST(FolderSource, TellsAtTheEndOfASensorWithoutAnyValueThoughTheLastImageIsRejected) {
+  const SurveyFolder folder;
+  folder.images(3);
+  folder.write("images/3.png", "no picture");
+  folder.write("depth.csv", "seconds,depth\n50,3\n");
+  const auto alerts = all_alerts(folder);
+  ASSERT_EQ(alerts.size(), 2u);
+  EXPECT_EQ(alerts[0].kind, AlertKind::image_rejected);
+  EXPECT_EQ(alerts[1].kind, AlertKind::sensor_stale);
+  EXPECT_THAT(alerts[1].message, HasSubstr("depth.csv says nothing of images 0 to 2"));
+}
+
 TEST(FolderSource, TellsOfASensorThatStoppedAndAgainOnlyOfALongerGap) {
   const SurveyFolder folder;
   folder.images(80);

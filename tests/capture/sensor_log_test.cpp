@@ -57,5 +57,13 @@ TEST(SensorLog, DropsAndCountsRowsThatCannotBe) {
   EXPECT_DOUBLE_EQ(at(log, 0.4).value(), 5);
 }
 
+TEST(SensorLog, TimesWhoseDifferenceOverflowsAreDropped) {
+  const SensorLog log = log_of("seconds,value\n-9e9,1\n-4.61e9,1\n-4.5e9,1\n4.5e9,2\n8.9e9,3\n");
+  EXPECT_EQ(log.size(), 2u);
+  const auto [from, to] = log.span();
+  EXPECT_GT(to - from, 0);
+  EXPECT_FALSE(at(log, 0));
+}
+
 }  // namespace
 }  // namespace nadir::capture
