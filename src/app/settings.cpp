@@ -156,8 +156,7 @@ std::vector<Setting> make_settings() {
               "map"),
       setting("reference.max_plane_tilt_deg", &Config::reference,
               &reference::Config::max_plane_tilt_deg,
-              "between a map's plane and the viewing direction: a steeper plane gives no vertical; "
-              "and the AHRS's horizontal: an AHRS by which it is steeper is left out"),
+              "between a map's plane and the viewing direction; a steeper plane gives no vertical"),
       setting("revisit.enabled", &Config::revisit, &revisit::Config::enabled,
               "look for known ground and adjust the map to it"),
       setting("revisit.gap", &Config::revisit, &revisit::Config::gap,

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 #include <iterator>
+#include <limits>
 #include <string>
 #include <utility>
 
@@ -89,38 +90,68 @@ std::vector<Alert> ScaleClaims::observe(const Orientation& orientation) {
     const Scale& scale = orientation.window->scale;
     if (is_given(scale.source)) told_[orientation.window->submap] = scale;
   }
+  for (const ImagePose& pose : orientation.poses) {
+    if (!first_pose_) first_pose_ = newest_pose_ = pose.time;
+    newest_pose_ = std::max(newest_pose_, pose.time);
+  }
   sensors_.observe(orientation);
   if (typed_) typed_->observe(orientation);
   if (lasers_) lasers_->observe(orientation);
+  std::vector<Alert> alerts = failing_sensors(orientation);
   if (orientation.window) newest_ = claims_of(orientation.submap);
-  std::vector<Alert> alerts = conflicts(orientation);
-  std::ranges::move(silent_sensors(orientation), std::back_inserter(alerts));
+  std::ranges::move(conflicts(orientation), std::back_inserter(alerts));
+  std::ranges::move(unseen_lasers(orientation), std::back_inserter(alerts));
   return alerts;
 }
 
-std::vector<Alert> ScaleClaims::silent_sensors(const Orientation& orientation) {
+void ScaleClaims::forget_vertical() {
+  sensors_.forget_vertical();
+  withdraw(ScaleSource::depth);
+}
+
+// Maps that it scaled stay as large until another source claims more.
+void ScaleClaims::withdraw(ScaleSource source) {
+  for (auto& [submap, told] : told_) {
+    if (told.source == source) told.sigma = std::numeric_limits<double>::infinity();
+  }
+  std::erase_if(newest_, [&](const Claim& claim) { return claim.source == source; });
+}
+
+Alert ScaleClaims::alert(const Shot* shot, AlertKind kind, std::string message,
+                         std::string remedy) const {
+  return {shot ? shot->time : newest_pose_, shot ? std::optional(shot->image) : std::nullopt, kind,
+          std::move(message), std::move(remedy)};
+}
+
+std::vector<Alert> ScaleClaims::failing_sensors(const Orientation& orientation) {
   std::vector<Alert> alerts;
   const Shot* shot = orientation.shot.get();
-  const auto add = [&](std::string message, std::string remedy) {
-    alerts.push_back({shot ? shot->time : 0, shot ? std::optional(shot->image) : std::nullopt,
-                      AlertKind::sensor_stale, std::move(message), std::move(remedy)});
-  };
-  if (shot) {
-    for (SensorFault& fault : sensors_.new_faults(orientation.submap)) {
-      add(std::move(fault.message), std::move(fault.remedy));
-    }
+  if (!shot) return alerts;
+  for (SensorFault& fault : sensors_.new_faults(orientation.submap)) {
+    if (fault.source != ScaleSource::none) withdraw(fault.source);
+    alerts.push_back(
+        alert(shot, AlertKind::sensor_stale, std::move(fault.message), std::move(fault.remedy)));
   }
-  constexpr std::size_t kImages = 20, kFewest = 10;  // of a short dive
-  constexpr std::size_t kDots = 3;                   // as many images as give a scale
-  if (!lasers_ || lasers_told_ || with_dots_ >= kDots) return alerts;
-  for (const ImagePose& pose : orientation.poses) oriented_.insert(pose.image);
-  if (oriented_.size() < (shot ? kImages : kFewest)) return alerts;
-  lasers_told_ = true;
-  add("lasers.yml: both dots were found in " + std::to_string(with_dots_) + " of " +
-          std::to_string(oriented_.size()) + " images",
-      "see whether the lasers are on and in the picture, and whether colour, separation_m and "
-      "origins_camera_m in lasers.yml are theirs; the lasers give the map no scale");
   return alerts;
+}
+
+std::vector<Alert> ScaleClaims::unseen_lasers(const Orientation& orientation) {
+  constexpr std::size_t kImages = 20, kFewest = 10;  // of a short dive
+  constexpr Time kTime = 5'000'000'000;              // images of a film are soon so many
+  constexpr std::size_t kDots = 3;                   // as many images as give a scale
+  if (!lasers_ || lasers_told_ || with_dots_ >= kDots) return {};
+  for (const ImagePose& pose : orientation.poses) oriented_.insert(pose.image);
+  const Shot* shot = orientation.shot.get();
+  const bool enough = shot ? oriented_.size() >= kImages && newest_pose_ - *first_pose_ >= kTime
+                           : oriented_.size() >= kFewest;
+  if (!enough) return {};
+  lasers_told_ = true;
+  return {alert(shot, AlertKind::sensor_stale,
+                "lasers.yml: both dots were found in " + std::to_string(with_dots_) + " of " +
+                    std::to_string(oriented_.size()) + " images",
+                "see whether the lasers are on and in the picture, and whether colour, "
+                "separation_m and origins_camera_m in lasers.yml are theirs; the lasers give the "
+                "map no scale")};
 }
 
 std::vector<ScaleClaims::Claim> ScaleClaims::claims_of(std::uint32_t submap) const {
@@ -154,8 +185,7 @@ std::vector<Alert> ScaleClaims::conflicts(const Orientation& orientation) {
   const Shot* shot = orientation.shot.get();
   std::vector<Alert> alerts;
   const auto add = [&](std::string message, std::string remedy) {
-    alerts.push_back({shot ? shot->time : 0, shot ? std::optional(shot->image) : std::nullopt,
-                      AlertKind::scale_conflict, std::move(message), std::move(remedy)});
+    alerts.push_back(alert(shot, AlertKind::scale_conflict, std::move(message), std::move(remedy)));
   };
   if (!shot && typed_ && !typed_->fault().empty()) {
     add("the known length gives no scale: " + typed_->fault(),
@@ -169,7 +199,8 @@ std::vector<Alert> ScaleClaims::conflicts(const Orientation& orientation) {
       const Claim &one = all[i], &other = all[k];
       if (!in_conflict_.insert({orientation.submap, one.source, other.source}).second) continue;
       const double excess = other.measure.ratio / one.measure.ratio - 1;
-      const ScaleSource told = told_.at(orientation.submap).source;
+      const Scale& scale = told_.at(orientation.submap);
+      const ScaleSource told = std::isfinite(scale.sigma) ? scale.source : ScaleSource::none;
       const ScaleSource better =
           one.measure.sigma < other.measure.sigma ? one.source : other.source;
       add("by " + witness(other.source) + " the map is " +

@@ -2,11 +2,13 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "nadir/reference/sensor_scale.hpp"
 
+#include <Eigen/Cholesky>
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
+#include <limits>
 
 #include "ground.hpp"
+#include "rounded.hpp"
 
 namespace nadir::reference {
 namespace {
@@ -15,11 +17,10 @@ using Eigen::Vector2d, Eigen::Vector3d;
 
 constexpr std::size_t kMinImages = 5;
 
-// Before a sensor is called faulty: so many images, over which they moved by so much of their
-// distance to the ground.
+// Before a sensor is called faulty: so many images over so long, for those of a film are an
+// instant.
 constexpr std::size_t kFaultImages = 15;
-constexpr double kMoved = 0.1;
-constexpr double kCoarse_m = 0.15;        // more than a sounder that tells tenths rounds away
+constexpr Time kFaultTime = 5'000'000'000;
 constexpr double kAltitudeScatter = 0.2;  // relative; relief under a wide beam makes less
 constexpr double kDepthScatter_m = 0.5;   // waves above a gauge make less
 
@@ -45,10 +46,10 @@ double independent(std::size_t values) {
   return std::max(1.0, static_cast<double>(values) / kAlike);
 }
 
-double mean_z(const std::vector<TiePoint>& points) {
-  double sum = 0;
-  for (const TiePoint& point : points) sum += point.x_in_survey.z();
-  return sum / static_cast<double>(std::max<std::size_t>(1, points.size()));
+double median_distance(const ImagePose& pose, const std::vector<TiePoint>& tie_points) {
+  std::vector<double> distances;
+  for (const Seen& point : seen_by(pose, tie_points)) distances.push_back(1 / point.inverse_depth);
+  return distances.empty() ? 0 : median(std::move(distances));
 }
 
 double spread_about_median(const std::vector<double>& values) {
@@ -107,6 +108,35 @@ std::size_t equal_at_the_end(const std::vector<T>& values) {
   return static_cast<std::size_t>(other - values.rbegin());
 }
 
+// The newest of them, as few as tell of a fault; none when there are not so many.
+template <class T>
+std::vector<T> just_enough(const std::vector<T>& values) {
+  std::size_t count = std::min(kFaultImages, values.size());
+  while (count > 0 && count < values.size() &&
+         values.back().time - values[values.size() - count].time < kFaultTime) {
+    ++count;
+  }
+  if (count < kFaultImages || values.back().time - values[values.size() - count].time < kFaultTime)
+    return {};
+  return {values.end() - static_cast<std::ptrdiff_t>(count), values.end()};
+}
+
+// The newest that are equal, while a map's drift adds up to little: 60 images, of a film 10 s.
+template <class T>
+std::vector<T> hanging_of(const std::vector<T>& values) {
+  constexpr std::size_t kLongest = 60;
+  constexpr Time kLongestTime = 10'000'000'000;
+  const std::size_t same = equal_at_the_end(values);
+  std::size_t count = std::min(same, kLongest);
+  while (count < same &&
+         values.back().time - values[values.size() - count - 1].time <= kLongestTime) {
+    ++count;
+  }
+  if (count < kFaultImages || values.back().time - values[values.size() - count].time < kFaultTime)
+    return {};
+  return {values.end() - static_cast<std::ptrdiff_t>(count), values.end()};
+}
+
 // Without the outermost tenths.
 double range(std::vector<double> values) {
   std::sort(values.begin(), values.end());
@@ -114,21 +144,55 @@ double range(std::vector<double> values) {
   return values[values.size() - 1 - tenth] - values[tenth];
 }
 
-// One of the newest `count` values.
 template <class T>
-std::vector<double> newest(const std::vector<T>& values, std::size_t count, double T::*what) {
+std::vector<double> all_of(const std::vector<T>& values, double T::*what) {
   std::vector<double> taken;
-  taken.reserve(count);
-  for (std::size_t i = values.size() - count; i < values.size(); ++i) {
-    taken.push_back(values[i].*what);
-  }
+  taken.reserve(values.size());
+  for (const T& value : values) taken.push_back(value.*what);
   return taken;
 }
 
-std::string rounded(double value, int decimals) {
-  char text[32];
-  std::snprintf(text, sizeof text, "%.*f", decimals, value);
-  return text;
+// Heights without the slope that they have over the ground: a map that is tilted has one, by an
+// offset of the AHRS or its mounting, or by drift. Of a vehicle that only rises, a bounded one.
+std::vector<double> heave(const std::vector<Vector3d>& positions, double distance) {
+  constexpr double kSteepest = 0.5;
+  constexpr double kStill = 0.01;  // of the distance; less motion over the ground has no slope
+  Vector3d mean = Vector3d::Zero();
+  for (const Vector3d& x : positions) mean += x / static_cast<double>(positions.size());
+  Eigen::Matrix2d squares = Eigen::Matrix2d::Identity() * static_cast<double>(positions.size()) *
+                            std::pow(kStill * distance, 2);
+  Vector2d products = Vector2d::Zero();
+  for (const Vector3d& x : positions) {
+    const Vector3d from = x - mean;
+    squares += from.head<2>() * from.head<2>().transpose();
+    products += from.z() * from.head<2>();
+  }
+  Vector2d slope = squares.ldlt().solve(products);
+  if (slope.norm() > kSteepest) slope *= kSteepest / slope.norm();
+  std::vector<double> heights;
+  heights.reserve(positions.size());
+  for (const Vector3d& x : positions) heights.push_back(x.z() - slope.dot((x - mean).head<2>()));
+  return heights;
+}
+
+// What it gave at two images differs by nothing, or by this at least; interpolated values by less.
+template <class T>
+double resolution(const std::vector<T>& values) {
+  double smallest = std::numeric_limits<double>::infinity();
+  for (std::size_t i = 1; i < values.size(); ++i) {
+    const double step = std::abs(values[i].metres - values[i - 1].metres);
+    if (step > 1e-9) smallest = std::min(smallest, step);
+  }
+  return std::isfinite(smallest) ? smallest : 0;
+}
+
+// So much that a gauge must have told of it; a map without metres leaves more in doubt.
+bool has_moved(double heave, double distance, bool metric, double resolution) {
+  constexpr double kMoved = 0.1, kMovedUnscaled = 0.25;  // of the distance to the ground
+  constexpr double kMoved_m = 0.5, kSteps = 3;
+  if (!(distance > 0)) return false;
+  if (!metric) return heave > kMovedUnscaled * distance;
+  return heave > kMoved * distance && heave > std::max(kMoved_m, kSteps * resolution);
 }
 
 }  // namespace
@@ -145,22 +209,39 @@ std::optional<double> SensorScale::along_beam(const ImagePose& pose, const Frame
 
 void SensorScale::observe(const Orientation& orientation) {
   if (const Window* window = orientation.window.get()) {
-    ground_ = Ground{window->submap, window->axes, window->tie_points, mean_z(window->tie_points)};
+    ground_ = Ground{window->submap, window->axes, window->tie_points,
+                     window->scale.source != ScaleSource::none};
   }
   const Frame* frame = orientation.shot ? orientation.shot->frame.get() : nullptr;
   if (!frame || !ground_ || !(frame->altitude || frame->depth)) return;
   const auto pose = std::ranges::find(orientation.poses, frame->image, &ImagePose::image);
   if (pose == orientation.poses.end() || pose->submap != ground_->submap) return;
-  if (frame->altitude) without_echo_ = *frame->altitude > 0 ? 0 : without_echo_ + 1;
+  if (frame->altitude) hear(*frame->altitude > 0, frame->time);
   if (frame->altitude && *frame->altitude > 0) {
     if (const auto distance = along_beam(*pose, *frame)) {
-      remember(altitudes_[pose->submap], {*frame->altitude + altimeter_below_camera_, *distance});
+      remember(altitudes_[pose->submap],
+               {*frame->altitude + altimeter_below_camera_, *distance, frame->time});
     }
   }
-  if (frame->depth && ground_->axes == SurveyAxes::attitude) {
-    const double z = pose->survey_from_camera.translation.z();
-    remember(depths_[pose->submap], {*frame->depth, z, z - ground_->z});
+  if (frame->depth && ground_->axes == SurveyAxes::attitude && !without_vertical_) {
+    remember(depths_[pose->submap],
+             {*frame->depth, pose->survey_from_camera.translation,
+              median_distance(*pose, ground_->tie_points), ground_->metric, frame->time});
   }
+}
+
+void SensorScale::hear(bool echo, Time time) {
+  if (echo) {
+    without_echo_ = 0;
+    return;
+  }
+  if (without_echo_++ == 0) silent_since_ = time;
+  silent_ = time - silent_since_;
+}
+
+void SensorScale::forget_vertical() {
+  without_vertical_ = true;
+  depths_.clear();
 }
 
 std::optional<ScaleMeasure> SensorScale::by_altitude(std::uint32_t submap) const {
@@ -190,7 +271,7 @@ std::optional<ScaleMeasure> SensorScale::by_depth(std::uint32_t submap) const {
   if (known == depths_.end() || known->second.size() < kMinImages) return std::nullopt;
   std::vector<Vector2d> points;
   points.reserve(known->second.size());
-  for (const Depth& d : known->second) points.emplace_back(d.z, d.metres);
+  for (const Depth& d : known->second) points.emplace_back(d.position.z(), d.metres);
   const auto line = fit_line(points);
   if (!line || !(line->slope < 0) || !(line->sigma < kUsefulSigma * -line->slope))
     return std::nullopt;
@@ -199,74 +280,78 @@ std::optional<ScaleMeasure> SensorScale::by_depth(std::uint32_t submap) const {
 }
 
 std::optional<SensorFault> SensorScale::altimeter_fault(std::uint32_t submap) const {
-  static const std::vector<Altitude> kNone;
+  constexpr double kCoarse_m = 0.15;  // more than a sounder that tells tenths rounds away
+  constexpr double kSlight = 0.03;    // relief under a beam changes as much
   const auto known = altitudes_.find(submap);
-  const std::vector<Altitude>& altitudes = known == altitudes_.end() ? kNone : known->second;
-  const std::string remedy =
-      "check the altimeter, its clock and unit (metres); it gives the map no scale";
-  if (without_echo_ >= kFaultImages) {
-    return SensorFault{"altitude.csv: 0 m for " + std::to_string(without_echo_) + " images",
-                       remedy};
-  }
-  const std::size_t same = equal_at_the_end(altitudes);
-  if (same >= kFaultImages) {
-    const auto distances = newest(altitudes, same, &Altitude::distance);
+  if (known == altitudes_.end()) return std::nullopt;
+  const std::vector<Altitude>& altitudes = known->second;
+  const auto fault = [](std::string message) {
+    return SensorFault{
+        ScaleSource::altitude, "altitude.csv: " + std::move(message),
+        "check the altimeter, its clock and unit (metres); it gives no scale from here on"};
+  };
+  if (const auto hanging = hanging_of(altitudes); !hanging.empty()) {
+    const auto distances = all_of(hanging, &Altitude::distance);
     const double moved = range(distances) / median(distances);
-    if (!(moved > kMoved || moved * altitudes.back().metres > kCoarse_m)) return std::nullopt;
-    return SensorFault{"altitude.csv: the same value in " + std::to_string(same) +
-                           " images, whose distance to the ground changed by " +
-                           rounded(100 * moved, 0) + " %",
-                       remedy};
+    if (!(moved * altitudes.back().metres > kCoarse_m && moved > kSlight)) return std::nullopt;
+    return fault("the same value in " + std::to_string(hanging.size()) +
+                 " images, whose distance to the ground changed by " + rounded(100 * moved, 0) +
+                 " %");
   }
-  if (altitudes.size() < kFaultImages) return std::nullopt;
   std::vector<double> logs;
-  for (std::size_t i = altitudes.size() - kFaultImages; i < altitudes.size(); ++i) {
-    if (altitudes[i].metres > 0)
-      logs.push_back(std::log(altitudes[i].metres / altitudes[i].distance));
+  for (const Altitude& a : just_enough(altitudes)) {
+    if (a.metres > 0) logs.push_back(std::log(a.metres / a.distance));
   }
   const double scatter = logs.empty() ? 0 : spread_about_median(logs);
   if (!(scatter > kAltitudeScatter) || by_altitude(submap)) return std::nullopt;
-  return SensorFault{"altitude.csv: scatters by " + rounded(100 * scatter, 0) +
-                         " % about the distance to the ground that the images see",
-                     remedy};
+  return fault("scatters by " + rounded(100 * scatter, 0) +
+               " % about the distance to the ground that the images see");
 }
 
 std::optional<SensorFault> SensorScale::depth_fault(std::uint32_t submap) const {
   const auto known = depths_.find(submap);
   if (known == depths_.end()) return std::nullopt;
   const std::vector<Depth>& depths = known->second;
-  const std::string remedy =
-      "check the depth sensor, its clock and unit (metres, positive down); it gives the map no "
-      "scale";
-  const std::size_t same = equal_at_the_end(depths);
-  if (same >= kFaultImages) {
-    const double moved = range(newest(depths, same, &Depth::z)) /
-                         std::abs(median(newest(depths, same, &Depth::height)));
-    if (!(moved > kMoved)) return std::nullopt;
-    return SensorFault{"depth.csv: the same value in " + std::to_string(same) +
-                           " images, which rose and sank by " + rounded(100 * moved, 0) +
-                           " % of their distance to the ground",
-                       remedy};
+  const auto fault = [](std::string message) {
+    return SensorFault{ScaleSource::depth, "depth.csv: " + std::move(message),
+                       "check the depth sensor, its clock and unit (metres, positive down); it "
+                       "gives no scale from here on"};
+  };
+  if (const auto hanging = hanging_of(depths); !hanging.empty()) {
+    const double distance = median(all_of(hanging, &Depth::distance));
+    std::vector<Vector3d> positions;
+    for (const Depth& d : hanging) positions.push_back(d.position);
+    const double moved = range(heave(positions, distance));
+    if (!has_moved(moved, distance, hanging.back().metric, resolution(depths))) return std::nullopt;
+    return fault("the same value in " + std::to_string(hanging.size()) +
+                 " images, which rose and sank by " + rounded(100 * moved / distance, 0) +
+                 " % of their distance to the ground");
   }
-  if (depths.size() < kFaultImages) return std::nullopt;
   std::vector<Vector2d> points;
-  for (std::size_t i = depths.size() - kFaultImages; i < depths.size(); ++i) {
-    points.emplace_back(depths[i].z, depths[i].metres);
-  }
-  const auto line = fit_line(points);
+  for (const Depth& d : just_enough(depths)) points.emplace_back(d.position.z(), d.metres);
+  const auto line = points.empty() ? std::nullopt : fit_line(points);
   if (!line || !(line->scatter > kDepthScatter_m) || by_depth(submap)) return std::nullopt;
-  return SensorFault{"depth.csv: scatters by " + rounded(line->scatter, 1) +
-                         " m about what the images see of rising and sinking",
-                     remedy};
+  return fault("scatters by " + rounded(line->scatter, 1) +
+               " m about what the images see of rising and sinking");
+}
+
+// Altitudes of 0 condemn none: far from the ground a good altimeter tells them too.
+std::optional<SensorFault> SensorScale::echo_fault() const {
+  if (without_echo_ < kFaultImages || silent_ < kFaultTime) return std::nullopt;
+  return SensorFault{ScaleSource::none,
+                     "altitude.csv: 0 m for " + std::to_string(without_echo_) + " images",
+                     "check the altimeter, its range and where it looks; it gives no scale until "
+                     "it hears the ground"};
 }
 
 std::vector<SensorFault> SensorScale::new_faults(std::uint32_t submap) {
   std::vector<SensorFault> faults;
-  const auto tell = [&](const auto& fault, bool& told) {
+  const auto tell = [&](const std::optional<SensorFault>& fault, bool& told) {
     if (!fault) return;
     faults.push_back(*fault);
     told = true;
   };
+  if (!echo_told_) tell(echo_fault(), echo_told_);
   if (!altimeter_fails_) tell(altimeter_fault(submap), altimeter_fails_);
   if (!depth_fails_) tell(depth_fault(submap), depth_fails_);
   return faults;

@@ -91,8 +91,8 @@ double angle_between(const Vector3d& a, const Vector3d& b) {
 }
 
 constexpr const char* kAttitudeRemedy =
-    "check ahrs.csv (degrees, not radians; columns seconds, roll, pitch, yaw; signs; clock) and "
-    "capture.mounting_*_deg";
+    "check ahrs.csv (degrees, not radians; columns seconds, roll, pitch, yaw; signs; clock), "
+    "capture.mounting_*_deg and the camera's calibration";
 constexpr const char* kWithoutAttitude = "The AHRS is left out of the map from here on";
 constexpr const char* kWithoutNorth =
     "Its roll and pitch stay in use; north and the headings of the map are in doubt";
@@ -205,22 +205,23 @@ SubmapPlacement SurveyFrame::place(const Window& initial,
   const auto plane = plane_seen_from_above(initial);
   auto leveled =
       config_.attitude && !attitude_fails_ ? from_attitude(initial, frames) : std::nullopt;
-  if (leveled && is_wall(*leveled, plane, *frames.front())) leveled.reset();
+  if (first && leveled && is_wall(*leveled, plane, *frames.front())) leveled.reset();
   if (leveled && (first || axes_ == SurveyAxes::attitude)) {
     rigid.rotation = *leveled;
-    axes_ = SurveyAxes::attitude;
+    placement.axes = SurveyAxes::attitude;
   } else {
     rigid.rotation = upright(initial, plane);
+    placement.axes = plane ? SurveyAxes::first_plane : SurveyAxes::first_camera;
   }
   if (first) {
     rigid.translation = -(placement.survey_from_odometry * centroid(initial));
     scale_ = placement.scale;
+    axes_ = placement.axes;
   } else {
     const Rigid3 camera =
         placement.survey_from_odometry * initial.images.front().survey_from_camera;
     rigid.translation = reckoned_position(*frames.front()) - camera.translation;
   }
-  placement.axes = axes_;
   return placement;
 }
 
@@ -233,33 +234,36 @@ std::optional<Plane> SurveyFrame::plane_seen_from_above(const Window& initial) c
   return plane;
 }
 
-// A camera mounted to look ahead may well look at one.
+// A camera mounted to look ahead may well look at one, and a dive may come to one later on.
 bool SurveyFrame::is_wall(const Quaterniond& leveled, const std::optional<Plane>& plane,
                           const Frame& first) {
   constexpr double kDownward = 0.7;  // cosine
+  constexpr double kSteepest = 60;   // degrees; few reefs are steeper, and no dive starts there
   if (!plane || !((first.rig->body_from_camera * Vector3d::UnitZ()).z() > kDownward)) return false;
   const double slope = angle_between(plane->normal, leveled.conjugate() * Vector3d::UnitZ());
-  if (!(slope > config_.max_plane_tilt_deg * kDegree)) return false;
-  attitude_fails_ = true;
+  if (!(slope > kSteepest * kDegree)) return false;
+  leave_out_attitude();
   alerts_.push_back(
       {first.time, first.image, AlertKind::calibration_suspect,
        "the AHRS contradicts the images: by its roll and pitch the ground slopes by " +
            std::to_string(std::lround(slope / kDegree)) +
            " degrees, but the camera, mounted to look down, sees it from above",
        kAttitudeRemedy +
-           std::string("; if the ground is as steep as that, raise "
-                       "reference.max_plane_tilt_deg. ") +
+           std::string("; if the ground is as steep as that, start above flatter ground. ") +
            kWithoutAttitude});
   return true;
 }
 
+void SurveyFrame::leave_out_attitude() {
+  attitude_fails_ = true;
+  claims_.forget_vertical();
+}
+
 // 3.3: z is the normal of the map's plane. A later sub-map also keeps the heading last known.
-Eigen::Quaterniond SurveyFrame::upright(const Window& initial, const std::optional<Plane>& plane) {
+Eigen::Quaterniond SurveyFrame::upright(const Window& initial,
+                                        const std::optional<Plane>& plane) const {
   const Vector3d up = plane ? plane->normal : Vector3d(-mean_view_direction(initial));
-  if (axes_ == SurveyAxes::none) {
-    axes_ = plane ? SurveyAxes::first_plane : SurveyAxes::first_camera;
-  }
-  Quaterniond own = axes_of(up, initial.images.front().survey_from_camera.rotation);
+  const Quaterniond own = axes_of(up, initial.images.front().survey_from_camera.rotation);
   if (!last_) return own;
   const Vector3d x = last_->pose.survey_from_camera.rotation * Vector3d::UnitX();
   return Quaterniond(Eigen::AngleAxisd(std::atan2(x.y(), x.x()), Vector3d::UnitZ())) * own;
@@ -325,6 +329,12 @@ std::vector<Alert> SurveyFrame::observe(const Orientation& orientation) {
   }
   check_attitude(orientation);
   std::vector<Alert> alerts = std::exchange(alerts_, {});
+  if (const Shot* shot = orientation.shot.get()) {
+    for (Alert& alert : alerts) {  // of images before it that only now have a pose
+      alert.time = shot->time;
+      alert.image = shot->image;
+    }
+  }
   std::ranges::move(claims_.observe(orientation), std::back_inserter(alerts));
   return alerts;
 }
@@ -352,7 +362,7 @@ void SurveyFrame::check_attitude(const Orientation& orientation) {
   for (const auto& [image, sample] : posed) {
     const auto contradiction = attitude_check_.observe(sample);
     if (!contradiction) continue;
-    attitude_fails_ = attitude_fails_ || contradiction->of_tilt;
+    if (contradiction->of_tilt) leave_out_attitude();
     alerts_.push_back({sample.time, image, AlertKind::calibration_suspect, contradiction->message,
                        std::string(kAttitudeRemedy) + ". " +
                            (contradiction->of_tilt ? kWithoutAttitude : kWithoutNorth)});

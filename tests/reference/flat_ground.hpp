@@ -12,6 +12,8 @@ namespace nadir::reference {
 
 struct FlatGround {
   double metres_per_unit = 1;
+  double hz = 2;
+  Scale scale{};
   std::mt19937 random{3};
   std::uint64_t images = 0;
   std::shared_ptr<const CameraRig> rig = [] {
@@ -31,6 +33,7 @@ struct FlatGround {
   Image image(double x, double height, double roll = 0) {
     Image made;
     made.frame->image = made.pose.image = images++;
+    made.frame->time = made.pose.time = from_seconds(static_cast<double>(made.pose.image) / hz);
     made.frame->rig = rig;
     const Eigen::Quaterniond down(Eigen::AngleAxisd(M_PI, Eigen::Vector3d::UnitX()));
     made.pose.survey_from_camera = {
@@ -44,6 +47,7 @@ struct FlatGround {
     auto window = std::make_shared<Window>();
     window->images = {image.pose};
     window->axes = axes;
+    window->scale = scale;
     const Eigen::Vector3d& centre = image.pose.survey_from_camera.translation;
     std::uniform_real_distribution<double> reach(-0.6, 0.6);
     for (int i = 0; i < 300; ++i) {
@@ -54,6 +58,7 @@ struct FlatGround {
     Orientation orientation;
     auto shot = std::make_shared<Shot>();
     shot->image = image.frame->image;
+    shot->time = image.frame->time;
     shot->frame = image.frame;
     orientation.shot = shot;
     orientation.poses = {image.pose};

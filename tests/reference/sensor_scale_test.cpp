@@ -110,21 +110,135 @@ TEST(SensorScale, NoisyAltimeterGivesNoScaleAndIsToldOnce) {
 TEST(SensorScale, HangingSensorIsToldOnceTheImagesMoved) {
   FlatGround ground{kRatio};
   SensorScale moving(0), level(0);
-  std::vector<std::string> told;
+  std::vector<SensorFault> told;
   for (int i = 0; i < 40; ++i) {
-    const auto rising = ground.image(0.2 * i, 2 + 0.02 * i), steady = ground.image(0.2 * i, 2);
+    const auto rising = ground.image(0.2 * i, 2 + 0.8 * std::sin(0.3 * i)),
+               steady = ground.image(0.2 * i, 2);
     for (const auto& image : {rising, steady}) {
       image.frame->altitude = 2.2;
       image.frame->depth = 15;
     }
     moving.observe(ground.orientation(rising));
     level.observe(ground.orientation(steady));
-    for (const SensorFault& fault : moving.new_faults(0)) told.push_back(fault.message);
+    for (const SensorFault& fault : moving.new_faults(0)) told.push_back(fault);
     EXPECT_TRUE(level.new_faults(0).empty());
   }
   ASSERT_EQ(told.size(), 2u);
-  EXPECT_NE(told[0].find("altitude.csv: the same value"), std::string::npos);
-  EXPECT_NE(told[1].find("depth.csv: the same value"), std::string::npos);
+  EXPECT_NE(told[0].message.find("altitude.csv: the same value"), std::string::npos);
+  EXPECT_EQ(told[0].source, ScaleSource::altitude);
+  EXPECT_NE(told[0].remedy.find("no scale from here on"), std::string::npos);
+  EXPECT_NE(told[1].message.find("depth.csv: the same value"), std::string::npos);
+  EXPECT_EQ(told[1].source, ScaleSource::depth);
+}
+
+// What good sensors give, rounded as they do, is no fault of theirs.
+struct Rounded {
+  double hz = 2, tilt = 0, heave = 0, height = 2, step = 0.1;
+  bool metric = true;
+  std::size_t images = 200;
+
+  std::vector<SensorFault> faults() const {
+    FlatGround ground{metric ? 1 : kRatio};
+    ground.hz = hz;
+    if (metric) ground.scale = {ScaleSource::altitude, 0.03};
+    SensorScale scale(0);
+    std::vector<SensorFault> told;
+    for (std::size_t i = 0; i < images; ++i) {
+      const double x = 0.2 * static_cast<double>(i);
+      const double up = heave * std::sin(0.3 * static_cast<double>(i));
+      const auto image = ground.image(x, height + up);
+      image.frame->altitude = step * std::round((height + up) / step);
+      image.frame->depth = step * std::round((15 - up) / step);
+      Orientation orientation = ground.orientation(image);
+      orientation.poses[0].survey_from_camera.translation.z() += tilt * x / ground.metres_per_unit;
+      scale.observe(orientation);
+      for (const SensorFault& fault : scale.new_faults(0)) told.push_back(fault);
+    }
+    return told;
+  }
+};
+
+TEST(SensorScale, SteadyGaugeOverATiltedMapDoesNotHang) {
+  for (const bool metric : {true, false}) {
+    Rounded dive;
+    dive.tilt = 0.035;  // 2 degrees
+    dive.metric = metric;
+    for (const SensorFault& fault : dive.faults()) {
+      EXPECT_NE(fault.source, ScaleSource::depth) << fault.message;
+    }
+  }
+}
+
+TEST(SensorScale, GaugeBeforeAWallDoesNotHang) {
+  FlatGround ground;
+  ground.scale = {ScaleSource::laser, 0.02};
+  SensorScale scale(0);
+  for (int i = 0; i < 60; ++i) {
+    auto image = ground.image(0.05 * i, 2 + 0.04 * std::sin(i));
+    image.frame->depth = 15;
+    Orientation orientation = ground.orientation(image);
+    auto window = std::make_shared<Window>(*orientation.window);
+    for (TiePoint& point : window->tie_points) {  // as high as the camera on the mean
+      point.x_in_survey.z() = point.x_in_survey.y();
+      point.x_in_survey.y() = 2;
+      point.x_in_survey += Eigen::Vector3d(0, 0, 2);
+    }
+    orientation.window = window;
+    orientation.poses[0].survey_from_camera.rotation =
+        Eigen::AngleAxisd(-M_PI / 2, Eigen::Vector3d::UnitX());
+    scale.observe(orientation);
+    EXPECT_TRUE(scale.new_faults(0).empty());
+  }
+}
+
+TEST(SensorScale, CoarseAltimeterDoesNotHang) {
+  Rounded dive;
+  dive.heave = 0.045;
+  dive.height = 0.8;
+  EXPECT_TRUE(dive.faults().empty());
+}
+
+TEST(SensorScale, ImagesOfAFilmAreAnInstant) {
+  FlatGround ground{kRatio};
+  ground.hz = 30;
+  SensorScale silent(0), hanging(0), noisy(0);
+  for (int i = 0; i < 170; ++i) {
+    const double height = 2 + 0.5 * std::sin(0.3 * i);
+    const auto dark = ground.image(0.01 * i, height);
+    ground.images = dark.frame->image;
+    const auto same = ground.image(0.01 * i, height);
+    ground.images = dark.frame->image;
+    const auto wild = ground.image(0.01 * i, 2);
+    dark.frame->altitude = 0;
+    same.frame->altitude = 2;
+    same.frame->depth = 15;
+    wild.frame->altitude = 2 * std::exp(ground.noise(0.6));
+    silent.observe(ground.orientation(dark));
+    hanging.observe(ground.orientation(same));
+    noisy.observe(ground.orientation(wild));
+    const std::size_t told =
+        silent.new_faults(0).size() + hanging.new_faults(0).size() + noisy.new_faults(0).size();
+    if (i < 149) {
+      EXPECT_EQ(told, 0u) << i;
+    }
+  }
+  EXPECT_TRUE(silent.new_faults(0).empty());
+}
+
+TEST(SensorScale, DepthSaysNothingOnceTheVerticalIsForgotten) {
+  FlatGround ground{kRatio};
+  SensorScale scale(0);
+  for (int i = 0; i < 120; ++i) {
+    const double height = 3 + 0.8 * std::sin(0.15 * i);
+    const auto image = ground.image(0.2 * i, height);
+    image.frame->depth = 18 - height;
+    scale.observe(ground.orientation(image));
+    if (i == 59) {
+      EXPECT_TRUE(scale.by_depth(0));
+      scale.forget_vertical();
+    }
+  }
+  EXPECT_FALSE(scale.by_depth(0));
 }
 
 TEST(SensorScale, AltimeterThatWorkedGivesNoScaleOnceItHangs) {
@@ -143,17 +257,18 @@ TEST(SensorScale, AltimeterThatWorkedGivesNoScaleOnceItHangs) {
   EXPECT_FALSE(scale.by_altitude(0));
 }
 
-TEST(SensorScale, AltimeterWithoutEchoIsTold) {
+TEST(SensorScale, AltimeterWithoutEchoIsToldAndGivesAScaleWhenItHears) {
   FlatGround ground{kRatio};
   SensorScale scale(0);
   std::size_t told = 0;
-  for (int i = 0; i < 40; ++i) {
+  for (int i = 0; i < 80; ++i) {
     const auto image = ground.image(0.2 * i, 2);
-    image.frame->altitude = 0;
+    image.frame->altitude = i < 40 ? 0 : 2 + ground.noise(0.02);
     scale.observe(ground.orientation(image));
     told += scale.new_faults(0).size();
   }
   EXPECT_EQ(told, 1u);
+  EXPECT_TRUE(scale.by_altitude(0));
 }
 
 TEST(SensorScale, DepthThatHasNothingToDoWithTheImagesIsTold) {

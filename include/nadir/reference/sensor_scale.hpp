@@ -17,7 +17,8 @@ namespace nadir::reference {
 
 /// Why a sensor gives no scale.
 struct SensorFault {
-  std::string message, remedy;  ///< of an alert
+  ScaleSource source = ScaleSource::none;  ///< that gives no scale from here on; none: only now
+  std::string message, remedy;             ///< of an alert
 };
 
 class SensorScale {
@@ -38,35 +39,47 @@ class SensorScale {
   std::optional<ScaleMeasure> by_depth(std::uint32_t submap) const;
 
   /// After observe(): of the altimeter or the depth gauge that hangs while the images move towards
-  /// the ground or from it, or that has nothing to do with what they see. Once each; a sensor told
-  /// of gives no scale any more.
+  /// the ground or from it, that has nothing to do with what they see, or of an altimeter without
+  /// echo; over 15 images and 5 s at least. Once each; a sensor told of gives no scale any more,
+  /// but for missing echoes.
   std::vector<SensorFault> new_faults(std::uint32_t submap);
+
+  /// The vertical of maps whose axes are the AHRS's proved wrong: depths say nothing from here on.
+  void forget_vertical();
 
  private:
   struct Altitude {
     double metres = 0, distance = 0;  ///< by the altimeter; in map units along the same beam
+    Time time = 0;
   };
   struct Depth {
-    double metres = 0, z = 0;  ///< below the surface; of the camera in the survey frame
-    double height = 0;         ///< above the tie points, map units
+    double metres = 0;                                   ///< below the surface
+    Eigen::Vector3d position = Eigen::Vector3d::Zero();  ///< of the camera in the survey frame
+    double distance = 0;  ///< of the tie points along the view, median, map units
+    bool metric = false;  ///< map units are metres
+    Time time = 0;
   };
   struct Ground {
     std::uint32_t submap = 0;
     SurveyAxes axes = SurveyAxes::none;
     std::vector<TiePoint> tie_points;
-    double z = 0;  ///< their mean
+    bool metric = false;
   };
 
   std::optional<SensorFault> altimeter_fault(std::uint32_t submap) const;
   std::optional<SensorFault> depth_fault(std::uint32_t submap) const;
+  std::optional<SensorFault> echo_fault() const;
+  void hear(bool echo, Time time);
   std::optional<double> along_beam(const ImagePose& pose, const Frame& frame) const;
 
   double altimeter_below_camera_;
   std::optional<Ground> ground_;  ///< of the newest window
   std::map<std::uint32_t, std::vector<Altitude>> altitudes_;
   std::map<std::uint32_t, std::vector<Depth>> depths_;
-  std::size_t without_echo_ = 0;                        ///< images in a row at an altitude of 0
-  bool altimeter_fails_ = false, depth_fails_ = false;  ///< told
+  std::size_t without_echo_ = 0;  ///< images in a row at an altitude of 0
+  Time silent_since_ = 0, silent_ = 0;
+  bool altimeter_fails_ = false, depth_fails_ = false, echo_told_ = false;  ///< told
+  bool without_vertical_ = false;
 };
 
 }  // namespace nadir::reference

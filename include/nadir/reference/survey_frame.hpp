@@ -25,8 +25,7 @@ struct Config {
 
   /// Between a map's plane and the mean viewing direction; the camera looks down, so a plane
   /// steeper than that is an artefact of a few images with doubtful calibration, or a wall, and
-  /// gives no vertical. An AHRS by which the ground of a camera mounted to look down is steeper
-  /// than that is not believed.
+  /// gives no vertical.
   double max_plane_tilt_deg = 35;
 
   double altimeter_below_camera_m = 0;  ///< along the vehicle's down axis, from the lens
@@ -61,8 +60,8 @@ class SurveyFrame {
 
   /// Remembers the newest pose and viewing distance, from which a later sub-map is dead-reckoned,
   /// and measures the scale. Alerts when two sources of it disagree, and when the AHRS contradicts
-  /// the images: by how it turns, or by a ground that it calls a wall (max_plane_tilt_deg) though
-  /// a camera that looks down sees it from above.
+  /// the images: by how it turns, or by a first map's ground that it calls a wall though a camera
+  /// that is mounted to look down sees it from above.
   [[nodiscard]] std::vector<Alert> observe(const Orientation& orientation);
 
   /// After observe(): where the shot's image may have been taken when it has no pose; none before
@@ -75,6 +74,7 @@ class SurveyFrame {
     return claims_.improved(orientation);
   }
 
+  /// Of the first sub-map; a later one's may be another, see SubmapPlacement.
   SurveyAxes axes() const { return axes_; }
   Scale scale() const { return scale_; }
 
@@ -89,7 +89,8 @@ class SurveyFrame {
   std::optional<Plane> plane_seen_from_above(const Window& initial) const;
   bool is_wall(const Eigen::Quaterniond& leveled, const std::optional<Plane>& plane,
                const Frame& first);
-  Eigen::Quaterniond upright(const Window& initial, const std::optional<Plane>& plane);
+  Eigen::Quaterniond upright(const Window& initial, const std::optional<Plane>& plane) const;
+  void leave_out_attitude();
   void check_attitude(const Orientation& orientation);
   Eigen::Vector3d reckoned_position(const Frame& frame) const;
   Eigen::Quaterniond reckoned_rotation(const Frame& frame) const;
