@@ -320,6 +320,7 @@ std::optional<SensorFault> SensorScale::depth_fault(std::uint32_t submap) const 
   if (const auto hanging = hanging_of(depths); !hanging.empty()) {
     const double distance = median(all_of(hanging, &Depth::distance));
     std::vector<Vector3d> positions;
+    positions.reserve(hanging.size());
     for (const Depth& d : hanging) positions.push_back(d.position);
     const double moved = range(heave(positions, distance));
     if (!has_moved(moved, distance, hanging.back().metric, resolution(depths))) return std::nullopt;

@@ -149,12 +149,12 @@ TEST(AttitudeCheck, TiltedVehicleThatAgreesIsLeftAlone) {
 TEST(AttitudeCheck, TurningBackIsNoWrongSign) {
   Vehicle vehicle;
   vehicle.moves = 0.1;
-  vehicle.heading = [](int i) { return i / 20 * 179 * kDegree; };
+  vehicle.heading = [](int i) { return std::floor(i / 20.0) * 179 * kDegree; };
   for (const double pitch : {0, 15}) {
     vehicle.pitch_deg = pitch;
     const auto told = vehicle.contradictions(
         [](Attitude a, int i) {
-          a.yaw += i / 20 * 2 * kDegree;
+          a.yaw += std::floor(i / 20.0) * 2 * kDegree;
           return a;
         },
         400);
@@ -200,7 +200,7 @@ TEST(AttitudeCheck, VehicleThatHardlyTurnsSaysNothing) {
 TEST(AttitudeCheck, TurnsOfDifferentSubmapsAreNotCompared) {
   AttitudeCheck check({});
   for (int i = 0; i < 60; ++i) {
-    const Attitude in_submap{0, 0, 2.0 * (i / 10)};
+    const Attitude in_submap{0, 0, 2.0 * std::floor(i / 10.0)};
     EXPECT_FALSE(check.observe({from_seconds(0.5 * i), static_cast<std::uint32_t>(i / 10),
                                 in_submap.ned_from_body(), Attitude{}.ned_from_body()}));
   }
