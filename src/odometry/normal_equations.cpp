@@ -228,7 +228,7 @@ void NormalEquations::add_observations(const Unknowns& at) {
     by_pose.rightCols<3>() = by_x;
     const Eigen::Matrix<double, 2, 6> weighted = weight * by_pose;
     blocks_[static_cast<std::size_t>(pose)].noalias() += weighted.transpose() * by_pose;
-    gradient_.segment<6>(6 * pose).noalias() -= weighted.transpose() * error;
+    gradient_.segment<6>(row_of(pose)).noalias() -= weighted.transpose() * error;
     if (s.cell >= 0) {
       cells_[static_cast<std::size_t>(s.cell)].cross.noalias() += weighted.transpose() * by_point;
     }
@@ -265,7 +265,7 @@ void NormalEquations::add_verticals(const Unknowns& at) {
     const Matrix3d by_rotation = -scale * cross_matrix(up);
     blocks_[static_cast<std::size_t>(pose)].topLeftCorner<3, 3>() +=
         weight * by_rotation.transpose() * by_rotation;
-    gradient_.segment<3>(6 * pose) -= weight * by_rotation.transpose() * error;
+    gradient_.segment<3>(row_of(pose)) -= weight * by_rotation.transpose() * error;
     by_up_[static_cast<std::size_t>(pose)].topRows<3>() += weight * by_rotation.transpose() * by_up;
   }
 }
@@ -290,7 +290,7 @@ void NormalEquations::add_sensors(const Unknowns& at) {
     const int pose = pose_of_[static_cast<std::size_t>(image)];
     if (pose >= 0) {
       blocks_[static_cast<std::size_t>(pose)] += weight * e.by_pose.transpose() * e.by_pose;
-      gradient_.segment<6>(6 * pose) -= weight * e.px * e.by_pose.transpose();
+      gradient_.segment<6>(row_of(pose)) -= weight * e.px * e.by_pose.transpose();
     }
     if (index < 0) return;
     Point& point = points_[static_cast<std::size_t>(index)];

@@ -104,6 +104,7 @@ class NormalEquations {
   Unknowns moved(const Unknowns& from, const Eigen::VectorXd& poses,
                  const std::vector<Eigen::Vector3d>& points) const;
   bool is_up_free() const { return !a_.verticals.empty() && !a_.up_in_map; }
+  static Eigen::Index row_of(int pose) { return Eigen::Index{6} * pose; }
   int unknowns() const { return 6 * poses_ + (is_up_free() ? 2 : 0); }
 
   const Adjustment& a_;

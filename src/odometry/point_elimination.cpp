@@ -67,7 +67,7 @@ NormalEquations::Reduced NormalEquations::reduce(double damping) const {
     for (int k = point.first_cell; k < point.end_cell; ++k) {
       const Cell& first = cells_[static_cast<std::size_t>(k)];
       const Matrix63 solved = first.cross * inverse;
-      result.gradient.segment<6>(6 * first.pose).noalias() -= solved * point.gradient;
+      result.gradient.segment<6>(row_of(first.pose)).noalias() -= solved * point.gradient;
       for (int m = k; m < point.end_cell; ++m) {
         const Cell& second = cells_[static_cast<std::size_t>(m)];
         result.blocks[static_cast<std::size_t>(slots_[pair++])].noalias() -=
@@ -121,7 +121,7 @@ std::optional<NormalEquations::Step> NormalEquations::step(const Unknowns& from,
   // / 2.
   double expected = poses.dot(gradient_);
   for (int pose = 0; pose < poses_; ++pose) {
-    const Vector6 x = poses.segment<6>(6 * pose);
+    const Vector6 x = poses.segment<6>(row_of(pose));
     const auto diagonal = blocks_[static_cast<std::size_t>(pose)].diagonal();
     expected += damping * x.dot(diagonal.cwiseProduct(x));
   }
@@ -136,7 +136,7 @@ std::optional<NormalEquations::Step> NormalEquations::step(const Unknowns& from,
     Vector3d rest = point.gradient;
     for (int k = point.first_cell; k < point.end_cell; ++k) {
       const Cell& cell = cells_[static_cast<std::size_t>(k)];
-      rest.noalias() -= cell.cross.transpose() * poses.segment<6>(6 * cell.pose);
+      rest.noalias() -= cell.cross.transpose() * poses.segment<6>(row_of(cell.pose));
     }
     points[i] = reduced.inverse[i] * rest;
     const Vector3d damped = point.normal.diagonal().cwiseProduct(points[i]);
@@ -150,7 +150,7 @@ Unknowns NormalEquations::moved(const Unknowns& from, const VectorXd& poses,
   Unknowns there = from;
   for (std::size_t i = 0; i < pose_of_.size(); ++i) {
     if (pose_of_[i] < 0) continue;
-    const Vector6 x = poses.segment<6>(6 * pose_of_[i]);
+    const Vector6 x = poses.segment<6>(row_of(pose_of_[i]));
     Rigid3& pose = there.camera_from_map[i];
     const double distance = pose.translation.norm();
     pose = Rigid3{turn(x.head<3>()), x.tail<3>()} * pose;
@@ -166,7 +166,8 @@ MatrixXd NormalEquations::reduced() const {
   const Reduced result = reduce(0);
   MatrixXd matrix = MatrixXd::Zero(unknowns(), unknowns());
   for (std::size_t i = 0; i < result.blocks.size(); ++i) {
-    matrix.block<6, 6>(6 * block_poses_[i].first, 6 * block_poses_[i].second) = result.blocks[i];
+    matrix.block<6, 6>(row_of(block_poses_[i].first), row_of(block_poses_[i].second)) =
+        result.blocks[i];
   }
   matrix.triangularView<Eigen::StrictlyLower>() = matrix.transpose();
   return matrix;

@@ -41,7 +41,8 @@ std::optional<PoseCovariance> PoseCovariance::of(const Adjustment& a, const Came
     weights += 2 * weight;
   }
   const MatrixXd normal = equations.reduced();
-  const auto unknown = static_cast<double>(normal.rows() + 3 * equations.eliminated());
+  const auto unknown =
+      static_cast<double>(normal.rows() + Eigen::Index{3} * equations.eliminated());
   if (normal.rows() == 0 || weights <= unknown) return std::nullopt;
   const Eigen::LDLT<MatrixXd> solver(normal);
   constexpr double kUndetermined = 1e-12;

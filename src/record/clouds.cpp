@@ -27,8 +27,7 @@ class PlyWriter {
   template <class... Last>
   void point(const Eigen::Vector3d& x, const std::array<std::uint8_t, 3>& rgb,
              const Last&... last) {
-    const Eigen::Vector3f narrow = x.cast<float>();
-    wide_ ? packed(x, rgb, last...) : packed(narrow, rgb, last...);
+    wide_ ? packed(as<double>(x), rgb, last...) : packed(as<float>(x), rgb, last...);
     ++written_;
   }
 
@@ -36,6 +35,11 @@ class PlyWriter {
   bool whole() const { return written_ == expected_; }
 
  private:
+  template <class Real>
+  static std::array<Real, 3> as(const Eigen::Vector3d& x) {
+    return {static_cast<Real>(x.x()), static_cast<Real>(x.y()), static_cast<Real>(x.z())};
+  }
+
   template <class... Values>
   void packed(const Values&... values) {
     std::array<std::uint8_t, (sizeof(Values) + ...)> bytes;
