@@ -278,8 +278,7 @@ bool CalibrationBundle::solve(bool free_calibration) {
   ceres::Solver::Options options;
   options.linear_solver_type = ceres::SPARSE_SCHUR;
   options.max_num_iterations = 50;
-  // Of the given calibration only the residuals are asked.
-  options.function_tolerance = free_calibration ? 1e-7 : 1e-5;
+  options.function_tolerance = 1e-7;
   options.logging_type = ceres::SILENT;
   ceres::Solver::Summary summary;
   // What a solver could not do is in its summary; the diver's terminal is not its log.

@@ -2,27 +2,21 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "normal_equations.hpp"
 
-#include <Eigen/Cholesky>
-#include <Eigen/Eigenvalues>
 #include <Eigen/Geometry>
-#include <Eigen/SparseCholesky>
 #include <algorithm>
 #include <cmath>
 #include <limits>
 #include <tuple>
 #include <unordered_map>
 
-#include "nadir/core/check.hpp"
 #include "nadir/core/clones.hpp"
 #include "sensor_errors.hpp"
 
 namespace nadir::odometry {
 namespace {
 
-using Eigen::Matrix2d, Eigen::Matrix3d, Eigen::MatrixXd, Eigen::Vector2d, Eigen::Vector3d,
-    Eigen::VectorXd;
+using Eigen::Matrix3d, Eigen::Vector2d, Eigen::Vector3d, Eigen::VectorXd;
 using Matrix23 = Eigen::Matrix<double, 2, 3>;
-using Vector6 = Eigen::Matrix<double, 6, 1>;
 
 constexpr double kNearest = 1e-6;  // in front of a camera
 

@@ -96,9 +96,10 @@ void fields(Archive& archive, Is<Grid> auto& grid) {
   archive(png);
   if constexpr (Archive::kReads) {
     const bool sensible = rows > 0 && columns > 0 && std::max(rows, columns) <= kMostGridSide;
-    if (sensible && !archive.pixels()) grid.bgr = cv::Mat::zeros(rows, columns, CV_8UC3);
     if (sensible && archive.pixels()) {
       grid.bgr = image_io::decode(png, columns, rows, 1, image_io::Colour::bgr).image;
+    } else if (sensible) {
+      grid.bgr = cv::Mat::zeros(rows, columns, CV_8UC3);
     }
     if (grid.bgr.empty()) archive.fail();
   }

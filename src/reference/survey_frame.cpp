@@ -166,16 +166,14 @@ std::shared_ptr<const Shot> SurveyFrame::mark(std::shared_ptr<const Shot> shot) 
     marked.alerts.push_back(*std::exchange(lasers_alert_, std::nullopt));
   }
   const auto dots = beams_ && shot->frame ? find_laser_dots(*shot->frame, *beams_) : std::nullopt;
-  if (unlevel) {
-    Frame frame = *marked.frame;
-    frame.attitude.reset();
-    marked.frame = std::make_shared<const Frame>(std::move(frame));
-  }
-  if (dots) {
-    claims_.observe(*dots);
-    Frame frame = *marked.frame;
-    for (const LaserDot& dot : dots->dots) frame.hidden.push_back({dot.pixel, dot.radius_px});
-    frame.ranges = ranges_of(*dots, *beams_, frame.rig->left);
+  if (unlevel || dots) {
+    Frame frame = *shot->frame;
+    if (unlevel) frame.attitude.reset();
+    if (dots) {
+      claims_.observe(*dots);
+      for (const LaserDot& dot : dots->dots) frame.hidden.push_back({dot.pixel, dot.radius_px});
+      frame.ranges = ranges_of(*dots, *beams_, frame.rig->left);
+    }
     marked.frame = std::make_shared<const Frame>(std::move(frame));
   }
   return std::make_shared<const Shot>(std::move(marked));
