@@ -261,7 +261,7 @@ void SurveyFrame::leave_out_attitude() {
 Eigen::Quaterniond SurveyFrame::upright(const Window& initial,
                                         const std::optional<Plane>& plane) const {
   const Vector3d up = plane ? plane->normal : Vector3d(-mean_view_direction(initial));
-  const Quaterniond own = axes_of(up, initial.images.front().survey_from_camera.rotation);
+  Quaterniond own = axes_of(up, initial.images.front().survey_from_camera.rotation);
   if (!last_) return own;
   const Vector3d x = last_->pose.survey_from_camera.rotation * Vector3d::UnitX();
   return Quaterniond(Eigen::AngleAxisd(std::atan2(x.y(), x.x()), Vector3d::UnitZ())) * own;
