@@ -18,7 +18,7 @@ using pipeline::WhenFull;
 constexpr std::size_t kDepth = 4;
 constexpr std::size_t kRecordDepth = 16;
 // At --rate max nothing is lost by waiting, and a projected image and its tiles are tens of MB.
-constexpr std::size_t kMosaicDepth = 2;
+constexpr std::size_t kMosaicDepth = 1;
 // A long adjustment of the map must not hold up odometry. At --rate max it may: whatever belongs to
 // a shot waits for its revision to be recorded, images too.
 constexpr std::size_t kSettlementDepth = 256;

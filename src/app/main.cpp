@@ -12,11 +12,12 @@ namespace {
 constexpr int kCouldNot = 1, kWrongCommandLine = 2;
 
 // Buffers of some megabytes come and go with every image. Were they given back to the system each
-// time, a fifth of all CPU time would go into page faults. What one thread frees another may take:
-// with a heap for each they would keep half as much again.
+// time, a fifth of all CPU time would go into page faults. Larger ones would leave holes that
+// nothing fills. What one thread frees another may take: with a heap for each they would keep half
+// as much again.
 void keep_freed_memory() {
   mallopt(M_ARENA_MAX, 1);
-  mallopt(M_MMAP_THRESHOLD, 32 << 20);
+  mallopt(M_MMAP_THRESHOLD, 8 << 20);
   mallopt(M_TRIM_THRESHOLD, 256 << 20);
 }
 

@@ -114,7 +114,7 @@ void for_four_channels(const std::uint16_t* share, int count, std::uint16_t* cha
 }
 
 NADIR_CLONES
-void own(std::int32_t* owner, std::int32_t newest, const std::uint16_t* share, int count) {
+void own(std::uint16_t* owner, std::uint16_t newest, const std::uint16_t* share, int count) {
   for (int i = 0; i < count; ++i) owner[i] = share[i] > 128 ? newest : owner[i];
 }
 
@@ -127,7 +127,7 @@ void widen(std::uint8_t* border, const std::uint8_t* other, int count) {
 struct Rows {
   const std::uint8_t* image;  ///< BGRA
   const std::uint8_t* ground;
-  const std::int32_t* owner;
+  const std::uint16_t* owner;
 
   bool image_at(int column) const { return image[kChannels * column + 3] != 0; }
   bool ground_at(int column) const { return ground[kChannels * column + 3] != 0; }
@@ -138,11 +138,11 @@ struct Rows {
 inline bool are_like(const Rows& rows, int first, int begin) {
   constexpr int kColumns = 16;
   std::uint32_t image = ~0U, ground = ~0U, any_ground = 0;
-  std::int32_t other_owner = 0;
+  std::uint32_t other_owner = 0;
   for (int i = begin; i < begin + kColumns; ++i) {
     const std::uint32_t of_ground = pixel_at(rows.ground, i);
     image &= pixel_at(rows.image, i), ground &= of_ground, any_ground |= of_ground;
-    other_owner |= rows.owner[i] ^ rows.owner[first];
+    other_owner |= std::uint32_t{rows.owner[i]} ^ rows.owner[first];
   }
   if ((image & kAlpha) != kAlpha) return false;
   return rows.ground_at(first) ? (ground & kAlpha) == kAlpha && other_owner == 0
@@ -212,14 +212,14 @@ Outline outline(const cv::Mat& bgra) {
 
 bool blend_patch(const Patch& from, Ground onto, cv::Point origin,
                  const std::vector<cv::Point2d>& centres) {
-  const auto newest = static_cast<std::int32_t>(centres.size()) - 1;
+  const auto newest = static_cast<std::uint16_t>(centres.size() - 1);
   std::vector<std::uint16_t> share(static_cast<std::size_t>(from.bgra.cols));
   std::vector<std::uint16_t> channels(4 * share.size());
   bool written = false;
   for (int row = 0; row < from.bgra.rows; ++row) {
     const std::uint8_t* image = from.bgra.ptr(row);
     std::uint8_t* ground = onto.bgra.ptr(row);
-    auto* owner = onto.owner.ptr<std::int32_t>(row);
+    auto* owner = onto.owner.ptr<std::uint16_t>(row);
     const Rows rows{image, ground, owner};
     for (int first = 0, end = 0;; first = end) {
       first = next_seen(from.border.ptr(row), first, from.bgra.cols);
@@ -233,8 +233,7 @@ bool blend_patch(const Patch& from, Ground onto, cv::Point origin,
         std::fill(owner + first, owner + end, newest);
         written = true;
       } else {
-        const auto older = static_cast<std::size_t>(owner[first]);
-        const Bisector bisector(centres[older], centres.back(), origin);
+        const Bisector bisector(centres[owner[first]], centres.back(), origin);
         shares(bisector.at(first, row), bisector.step(), image_border, border, count, share.data());
         if (std::any_of(share.begin(), share.begin() + count, [](auto part) { return part > 0; })) {
           for_four_channels(share.data(), count, channels.data());

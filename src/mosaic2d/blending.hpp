@@ -25,11 +25,13 @@ struct Patch {
 
 /// The same part of the tile, written in place.
 struct Ground {
-  cv::Mat bgra, owner, border;
+  cv::Mat bgra;
+  cv::Mat owner;  ///< CV_16UC1: index of an image's centre
+  cv::Mat border;
 };
 
-/// Blends the newest image, whose centre is centres.back(), onto a tile; `origin` is the pixel of
-/// the raster at the patch's top left. False when nothing was written.
+/// Blends the newest image, whose centre is centres.back() of at most 65536, onto a tile; `origin`
+/// is the pixel of the raster at the patch's top left. False when nothing was written.
 bool blend_patch(const Patch& from, Ground onto, cv::Point origin,
                  const std::vector<cv::Point2d>& centres);
 

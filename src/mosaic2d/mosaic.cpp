@@ -11,6 +11,7 @@ namespace nadir::mosaic2d {
 namespace {
 
 constexpr int kSize = MosaicGrid::kTileSize;
+constexpr std::size_t kMostImages = 1 << 16;  // owners are numbered in 16 bits
 
 std::int32_t tile_of(int pixel) { return (pixel >= 0 ? pixel : pixel - kSize + 1) / kSize; }
 
@@ -46,37 +47,43 @@ std::vector<std::shared_ptr<const Tile>> Mosaic::add(const ProjectedImage& image
   const cv::Point origin = origin_of(image);
   const Outline seen = outline(image.bgra);
   if (!seen.centre) return changed;
-  centres_.push_back(*seen.centre + cv::Point2d(origin));
+  const cv::Point2d centre = *seen.centre + cv::Point2d(origin);
   for (int row = tile_of(origin.y); row <= tile_of(origin.y + image.bgra.rows - 1); ++row) {
     for (int column = tile_of(origin.x); column <= tile_of(origin.x + image.bgra.cols - 1);
          ++column) {
       const Index index{row, column};
-      const auto known = cells_.find(index);
-      Cell cell = known == cells_.end() ? Cell{} : known->second;
-      if (!blend(image, seen.border, origin, index, cell)) continue;
-      changed.push_back(cell.tile);
-      cells_.insert_or_assign(index, std::move(cell));
+      const auto [cell, is_new] = cells_.try_emplace(index);
+      if (blend({image.bgra, seen.border}, origin, centre, index, cell->second)) {
+        changed.push_back(cell->second.tile);
+      } else if (is_new) {
+        cells_.erase(cell);
+      }
     }
   }
   return changed;
 }
 
-bool Mosaic::blend(const ProjectedImage& image, const cv::Mat& border, cv::Point origin,
-                   Index index, Cell& cell) const {
+bool Mosaic::blend(const Patch& image, cv::Point origin, cv::Point2d centre, Index index,
+                   Cell& cell) const {
+  if (cell.centres.size() == kMostImages) return false;
   Tile tile{grid_.mosaic, index.second, index.first, {}};
   if (cell.tile) {
     tile.bgra = cell.tile->bgra.clone();
   } else {
     tile.bgra = cv::Mat::zeros(kSize, kSize, CV_8UC4);
-    cell.owner = cv::Mat::zeros(kSize, kSize, CV_32SC1);
+    cell.owner = cv::Mat::zeros(kSize, kSize, CV_16UC1);
     cell.border = cv::Mat::zeros(kSize, kSize, CV_8UC1);
   }
   const cv::Rect whole = tile_rect(index.first, index.second);
   const cv::Rect common = whole & cv::Rect(origin, image.bgra.size());
-  const Patch from{image.bgra(common - origin), border(common - origin)};
+  const Patch from{image.bgra(common - origin), image.border(common - origin)};
   const cv::Rect inside = common - whole.tl();
   Ground onto{tile.bgra(inside), cell.owner(inside), cell.border(inside)};
-  if (!blend_patch(from, std::move(onto), common.tl(), centres_)) return false;
+  cell.centres.push_back(centre);
+  if (!blend_patch(from, std::move(onto), common.tl(), cell.centres)) {
+    cell.centres.pop_back();
+    return false;
+  }
   cell.tile = std::make_shared<const Tile>(std::move(tile));
   return true;
 }

@@ -33,7 +33,7 @@ inline float sample(const Patch& patch, float x, float y) {
   y = std::min(std::max(y + Patch::kRadius, 0.0F), kLast);
   const int column = static_cast<int>(x), row = static_cast<int>(y);
   const float a = x - static_cast<float>(column), b = y - static_cast<float>(row);
-  const std::uint8_t* p = patch.grey.data() + row * Patch::kSide + column;
+  const std::uint8_t* p = patch.grey.data() + std::ptrdiff_t{row} * Patch::kSide + column;
   const auto at = [p](int i) { return static_cast<float>(p[i]); };
   return (1 - b) * ((1 - a) * at(0) + a * at(1)) +
          b * ((1 - a) * at(Patch::kSide) + a * at(Patch::kSide + 1));
@@ -191,12 +191,12 @@ std::optional<Template> warp_patch(const Patch& patch, const Matrix2d& image_fro
   const double area = image_from_patch.determinant();
   if (!(area > 1 / kMaxScale2 && area < kMaxScale2)) return std::nullopt;
   const Eigen::Matrix2f back = image_from_patch.inverse().cast<float>();
-  constexpr int kWide = Template::kSide + 2;
+  constexpr int kReach = Template::kRadius + 1, kWide = 2 * kReach + 1;
   std::array<float, std::size_t{kWide} * kWide> wide;
   for (int row = 0, i = 0; row < kWide; ++row) {
     for (int column = 0; column < kWide; ++column, ++i) {
-      const Vector2f d = back * Vector2f(static_cast<float>(column - kWide / 2),
-                                         static_cast<float>(row - kWide / 2));
+      const Vector2f d =
+          back * Vector2f(static_cast<float>(column - kReach), static_cast<float>(row - kReach));
       wide[static_cast<std::size_t>(i)] = sample(patch, d.x(), d.y());
     }
   }
@@ -213,10 +213,10 @@ std::optional<Template> warp_patch(const Patch& patch, const Matrix2d& image_fro
   const float norm = result.value.norm();
   if (!(norm > kMinContrast)) return std::nullopt;
   result.value /= norm;
+  constexpr float kRaised = kWhole + 0.5F;  // what is above zero is rounded by truncating
   for (int i = 0; i < Template::kArea; ++i) {
-    // Rounded: what is above zero is truncated.
     result.whole[static_cast<std::size_t>(i)] = static_cast<std::int16_t>(
-        static_cast<int>(kWhole * result.value[i] + kWhole + 0.5F) - static_cast<int>(kWhole));
+        static_cast<int>(kWhole * result.value[i] + kRaised) - static_cast<int>(kWhole));
   }
   result.gradient /= norm;
   result.gradient.rowwise() -= result.gradient.colwise().mean().eval();

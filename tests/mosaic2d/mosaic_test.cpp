@@ -180,13 +180,13 @@ void blend_by_definition(const Patch& from, Ground& onto, cv::Point origin,
     for (int column = 0; column < from.bgra.cols; ++column) {
       const auto image = from.bgra.at<cv::Vec4b>(row, column);
       auto& ground = onto.bgra.at<cv::Vec4b>(row, column);
-      auto& owner = onto.owner.at<std::int32_t>(row, column);
+      auto& owner = onto.owner.at<std::uint16_t>(row, column);
       auto& border = onto.border.at<std::uint8_t>(row, column);
       const int own_border = from.border.at<std::uint8_t>(row, column);
       if (image[3] == 0) continue;
       double share = 1;
       if (ground[3] != 0) {
-        const cv::Point2d older = centres[static_cast<std::size_t>(owner)];
+        const cv::Point2d older = centres[owner];
         const cv::Point2d step = centres.back() - older;
         const double length = std::hypot(step.x, step.y);
         const cv::Point2d at = cv::Point2d(origin + cv::Point(column, row));
@@ -201,7 +201,7 @@ void blend_by_definition(const Patch& from, Ground& onto, cv::Point origin,
         ground[c] = cv::saturate_cast<std::uint8_t>((1 - share) * ground[c] + share * image[c]);
       }
       ground[3] = 255;
-      if (share > 0.5) owner = static_cast<std::int32_t>(centres.size()) - 1;
+      if (share > 0.5) owner = static_cast<std::uint16_t>(centres.size() - 1);
     }
   }
 }
@@ -215,8 +215,9 @@ TEST(Blending, IsWhatEachPixelsDistancesSay) {
     const std::vector<cv::Point2d> centres{{10.3, 5.2}, {60.1, 30.7}, {35, 80}, {20.6, 22.4}};
     const cv::Mat whole = speckled(width + 9, 50, 3, 6);
     Patch from{whole(cv::Rect({5, 4}, size)), outline(whole).border(cv::Rect({5, 4}, size))};
-    Ground fast{speckled(width, 40, 4, 4), cv::Mat(size, CV_32SC1), cv::Mat(size, CV_8UC1)};
-    for (auto& owner : cv::Mat_<std::int32_t>(fast.owner)) owner = static_cast<int>(random() % 3);
+    Ground fast{speckled(width, 40, 4, 4), cv::Mat(size, CV_16UC1), cv::Mat(size, CV_8UC1)};
+    for (auto& owner : cv::Mat_<std::uint16_t>(fast.owner))
+      owner = static_cast<std::uint16_t>(random() % 3);
     fast.owner.colRange(width / 2, width) = cv::Scalar(1);
     for (auto& border : cv::Mat_<std::uint8_t>(fast.border)) {
       border = static_cast<std::uint8_t>(random() % 33);

@@ -4,6 +4,9 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <random>
+
 #include "mosaic2d/scene.hpp"
 
 namespace nadir::mosaic2d {
@@ -125,6 +128,48 @@ TEST(ProjectImage, IsOpaqueInsideAndEmptyOutsideTheImage) {
     }
   }
   EXPECT_GT(inside, 50000);
+}
+
+// Neighbours differ by 31 at most and places are rounded to 1/32 px: half of that in both
+// directions, and half a grey level for the rounding of values.
+TEST(ProjectImage, IsBilinear) {
+  Scene scene;
+  scene.camera = {483, 357, 460, 460, 240.3, 178.8, LensModel::brown_conrady, {}};
+  scene.survey_from_camera = test::camera_at({0, 0, 2}, 33);
+  cv::Mat image = test::grey_image(scene.camera);
+  std::mt19937 random(5);
+  for (auto& value : cv::Mat_<cv::Vec3b>(image)) {
+    for (int k = 0; k < 3; ++k) value[k] = static_cast<std::uint8_t>(100 + random() % 32);
+  }
+  const ProjectedImage p = projected(scene, image, grid_at({0, 0}, 0.004));
+  double sum = 0;
+  int count = 0;
+  for (int row = 0; row < p.bgra.rows; ++row) {
+    for (int column = 0; column < p.bgra.cols; ++column) {
+      const cv::Vec4b& found = p.bgra.at<cv::Vec4b>(row, column);
+      if (found[3] == 0) continue;
+      const Vector2d xy = p.world(column, row);
+      const auto pixel =
+          scene.camera.project(scene.survey_from_camera.inverse() * Vector3d(xy.x(), xy.y(), 0));
+      ASSERT_TRUE(pixel);
+      const int u = std::clamp(static_cast<int>(pixel->x()), 0, image.cols - 2);
+      const int v = std::clamp(static_cast<int>(pixel->y()), 0, image.rows - 2);
+      const double a = pixel->x() - u, b = pixel->y() - v;
+      const cv::Vec3d wanted = (1 - b) * ((1 - a) * cv::Vec3d(image.at<cv::Vec3b>(v, u)) +
+                                          a * cv::Vec3d(image.at<cv::Vec3b>(v, u + 1))) +
+                               b * ((1 - a) * cv::Vec3d(image.at<cv::Vec3b>(v + 1, u)) +
+                                    a * cv::Vec3d(image.at<cv::Vec3b>(v + 1, u + 1)));
+      for (int k = 0; k < 3; ++k) {
+        const double error = found[k] - wanted[k];
+        ASSERT_LT(std::abs(error), 31.0 * 2 / 64 + 0.5 + 0.1) << column << ' ' << row;
+        sum += error;
+        ++count;
+      }
+    }
+  }
+  EXPECT_GT(count, 3 * 50000);
+  EXPECT_NEAR(sum / count, 0,
+              0.06);  // halves are rounded up; cut instead, it would be -0.1 or less
 }
 
 TEST(ProjectImage, TwoImagesOfOnePlaneAgree) {

@@ -13,8 +13,10 @@
 
 namespace nadir::mosaic2d {
 
+struct Patch;
+
 /// Memory follows the area seen: tiles exist where an image fell. Tiles given out are never
-/// written again; a changed tile is a new one.
+/// written again; a changed tile is a new one. 65536 images change a tile at most.
 ///
 /// A ground pixel shows the image whose centre is nearest to it, so seams are straight lines half
 /// way between image centres, feathered by a few pixels there and along image borders. Centre and
@@ -41,18 +43,18 @@ class Mosaic {
  private:
   struct Cell {
     std::shared_ptr<const Tile> tile;
-    cv::Mat owner;   ///< CV_32SC1: index in centres_ of the image a pixel shows most of
+    cv::Mat owner;   ///< CV_16UC1: index in `centres` of the image a pixel shows most of
     cv::Mat border;  ///< CV_8UC1: distance to the nearest border of what was seen, px, saturated
+    std::vector<cv::Point2d> centres;  ///< of the images blended in, px of the raster
   };
   using Index = std::pair<std::int32_t, std::int32_t>;  ///< row, column
 
   cv::Point origin_of(const ProjectedImage& image) const;
-  bool blend(const ProjectedImage& image, const cv::Mat& border, cv::Point origin, Index index,
+  bool blend(const Patch& image, cv::Point origin, cv::Point2d centre, Index index,
              Cell& cell) const;
 
   MosaicGrid grid_;
   std::map<Index, Cell> cells_;
-  std::vector<cv::Point2d> centres_;  ///< of the images added, px of the raster
 };
 
 }  // namespace nadir::mosaic2d
