@@ -101,14 +101,14 @@ double coverage(const Node& first, const Rigid3& second_from_first, const Camera
   std::array<char, std::size_t{kCells} * kCells> shared{}, covered{};
   const auto cell_of = [&](const Vector2d& pixel) {
     const auto part = [](double at, int size) {
-      return std::clamp(static_cast<int>(at * kCells / size), 0, kCells - 1);
+      return static_cast<std::size_t>(std::clamp(at * kCells / size, 0.0, kCells - 1.0));
     };
-    return static_cast<std::size_t>(part(pixel.y(), camera.height) * kCells +
-                                    part(pixel.x(), camera.width));
+    return part(pixel.y(), camera.height) * kCells + part(pixel.x(), camera.width);
   };
   for (int i = 0; i < kCells * kCells; ++i) {
-    const Vector2d centre((i % kCells + 0.5) * camera.width / kCells,
-                          (i / kCells + 0.5) * camera.height / kCells);
+    const int row = i / kCells, column = i % kCells;
+    const Vector2d centre((column + 0.5) * camera.width / kCells,
+                          (row + 0.5) * camera.height / kCells);
     const auto ray = camera.unproject(centre);
     if (!ray) continue;
     const Vector3d x = ray->homogeneous() / first.prior.at(*ray).inverse_depth;
