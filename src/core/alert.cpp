@@ -50,6 +50,10 @@ std::string_view to_string(Weakness weakness) {
   switch (weakness) {
     case Weakness::few_tie_points:
       return "few_tie_points";
+    case Weakness::one_sided:
+      return "one_sided";
+    case Weakness::short_tracks:
+      return "short_tracks";
     case Weakness::large_residuals:
       return "large_residuals";
     case Weakness::blurred:

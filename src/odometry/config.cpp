@@ -40,6 +40,8 @@ void Config::check() const {
   require(relocalise_key_frames >= 1 && relocalise_key_frames <= 100, "relocalise_key_frames",
           relocalise_key_frames, "1 to 100");
   require(weak_tie_points >= 0, "weak_tie_points", weak_tie_points, "0 or more");
+  require(weak_quadrant >= 0, "weak_quadrant", weak_quadrant, "0 or more");
+  require(weak_track_length >= 0, "weak_track_length", weak_track_length, "0 or more");
   require(weak_rms_px > 0, "weak_rms_px", weak_rms_px, "more than 0");
   require(weak_sharpness >= 0, "weak_sharpness", weak_sharpness, "0 or more");
   require(weak_dark >= 0 && weak_dark <= 255, "weak_dark", weak_dark, "0 to 255");

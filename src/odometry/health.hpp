@@ -11,7 +11,9 @@ namespace nadir::odometry {
 Health health_of(const View& view, const Config& config);
 
 /// Adds the image's tie points.
-void count(Health& health, const Resection& resection, const CameraModel& camera,
-           const Config& config);
+void count(Health& health, const Map& map, const Resection& resection, const Config& config);
+
+/// Adds those of a key frame.
+void count(Health& health, const Map& map, int key_frame, const Config& config);
 
 }  // namespace nadir::odometry

@@ -29,4 +29,10 @@ class PoseCovariance {
   std::vector<int> column_of_;  ///< by image; -1: fixed
 };
 
+/// 1 sigma of a relative pose, survey units and radians. Roots of the sums of three variances.
+struct Sigmas {
+  double position = 0, rotation = 0;
+};
+Sigmas sigmas_of(const PoseCovariance::Matrix6& relative);
+
 }  // namespace nadir::odometry

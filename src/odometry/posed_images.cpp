@@ -108,7 +108,7 @@ void PosedImages::State::process(const std::shared_ptr<const View>& view, Orient
   const Rigid3 pose = (survey_from_given * *poses.map_from_camera[frame.image]).inverse();
   if (is_blank(*view)) return publish(own_pose(frame, {pose, {}, 0, 0}), out);
   const Resection here = measure_at(map, *view, pose, config);
-  count(out.health, here, view->camera(), config);
+  count(out.health, map, here, config);
   if (brings_new_ground(*view, here)) return add(view, here, out);
   publish(own_pose(frame, here), out);
 }

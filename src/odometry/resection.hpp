@@ -23,6 +23,8 @@ struct Resection {
   std::vector<Seen> seen;
   int expected = 0;  ///< tie points that should have been visible
   double rms_px = 0;
+  // 1 sigma, of the tie points as they are: relative to the key frames that see them. 0: unknown.
+  double sigma_position = 0, sigma_rotation = 0;
 };
 
 struct ResectionResult {

@@ -38,6 +38,28 @@ void append(Settled& all, Settled more) {
   std::move(more.begin(), more.end(), std::back_inserter(all));
 }
 
+// Of an image that is no key frame.
+ImagePose pose_of(const Map& map, const Frame& frame, const Resection& resection) {
+  return {frame.image,
+          frame.time,
+          map.submap,
+          resection.camera_from_map.inverse(),
+          false,
+          static_cast<std::uint32_t>(resection.seen.size()),
+          resection.rms_px,
+          resection.sigma_position,
+          resection.sigma_rotation};
+}
+
+// Of the shot's own image or one before it.
+void tell(const Health& health, const View& view, Orientation& out) {
+  if (out.shot && out.shot->image == view.frame->image) {
+    out.health = health;
+  } else {
+    out.later_health.push_back({view.frame->image, health});
+  }
+}
+
 }  // namespace
 
 /// The state machine of paper 3.2:
@@ -220,6 +242,12 @@ bool VisualOdometry::State::start(Orientation& out) {
   for (const KeyFrame& k : map->key_frames) track.push_back({k.time, k.camera_from_map});
   track.erase(track.begin(), track.end() - 2);
   for (const KeyFrame& k : map->key_frames) out.poses.push_back(pose_of(*map, k));
+  for (int k = 0; k < images; ++k) {
+    const View& view = *key_images[static_cast<std::size_t>(k)];
+    Health health = health_of(view, config);
+    count(health, *map, k, config);
+    tell(health, view, out);
+  }
   publish_window(summary, images, out);
   orient_waiting(out);
   alerted = false;
@@ -248,10 +276,10 @@ void VisualOdometry::State::orient_waiting(Orientation& out) {
       out.lost.push_back(view->frame->image);
       continue;
     }
-    const Resection& r = *result.resection;
-    out.poses.push_back({view->frame->image, view->frame->time, map->submap,
-                         r.camera_from_map.inverse(), false,
-                         static_cast<std::uint32_t>(r.seen.size()), r.rms_px});
+    out.poses.push_back(pose_of(*map, *view->frame, *result.resection));
+    Health health = health_of(*view, config);
+    count(health, *map, *result.resection, config);
+    tell(health, *view, out);
   }
   waiting.clear();
   key_images.clear();
@@ -266,7 +294,7 @@ void VisualOdometry::State::give_up_waiting(Orientation& out) {
 
 void VisualOdometry::State::accept(const std::shared_ptr<const View>& view,
                                    const Resection& resection, Orientation& out) {
-  count(out.health, resection, view->camera(), config);
+  count(out.health, *map, resection, config);
   alerted = false;
   const auto shorter = std::min(view->camera().width, view->camera().height);
   const bool new_ground = shift_since_last(*map, resection) > config.key_frame_shift * shorter ||
@@ -298,13 +326,7 @@ void VisualOdometry::State::accept(const std::shared_ptr<const View>& view,
     append(out.settled, retire(*map, config));
     pose = map->last().camera_from_map;
   } else {
-    const ImagePose image_pose{view->frame->image,
-                               view->frame->time,
-                               map->submap,
-                               pose.inverse(),
-                               false,
-                               static_cast<std::uint32_t>(resection.seen.size()),
-                               resection.rms_px};
+    const ImagePose image_pose = pose_of(*map, *view->frame, resection);
     out.poses.push_back(image_pose);
     followers.push_back({image_pose, static_cast<int>(map->key_frames.size()) - 1,
                          pose * map->last().camera_from_map.inverse()});

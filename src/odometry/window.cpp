@@ -34,10 +34,6 @@ std::shared_ptr<const SettledKeyFrame> settled(Map& map, KeyFrame& key_frame, in
   return result;
 }
 
-// Sightings of one tie point are matched with the same patch and share its errors, which the
-// residuals do not show: a tenth more, on rendered surveys.
-constexpr double kSharedErrors = 1.1;
-
 // How well each free key frame is known relative to the one before it.
 void estimate_sigmas(const Adjustment& a, const std::vector<int>& key_frames, Map& map) {
   const auto covariance = PoseCovariance::of(a, *map.rig, AdjustmentOptions().robust_px);
@@ -46,11 +42,10 @@ void estimate_sigmas(const Adjustment& a, const std::vector<int>& key_frames, Ma
     const int k = key_frames[static_cast<std::size_t>(i)];
     const auto before = std::find(key_frames.begin(), key_frames.end(), k - 1);
     if (a.images[static_cast<std::size_t>(i)].fixed || before == key_frames.end()) continue;
-    const auto relative = covariance->relative(a, static_cast<int>(before - key_frames.begin()), i);
-    KeyFrame& key_frame = map.key_frame(k);
-    key_frame.sigma_rotation = kSharedErrors * std::sqrt(relative.topLeftCorner<3, 3>().trace());
-    key_frame.sigma_position =
-        kSharedErrors * std::sqrt(relative.bottomRightCorner<3, 3>().trace());
+    const Sigmas sigmas =
+        sigmas_of(covariance->relative(a, static_cast<int>(before - key_frames.begin()), i));
+    map.key_frame(k).sigma_position = sigmas.position;
+    map.key_frame(k).sigma_rotation = sigmas.rotation;
   }
 }
 

@@ -18,7 +18,7 @@ class PlyWriter {
       : file_(file), expected_(vertices), wide_(ledger.farthest > kFarthestInFloat) {
     const std::string real = wide_ ? "double" : "float";
     file.write("ply\nformat binary_little_endian 1.0\ncomment survey frame, " +
-               survey_unit(ledger.scale()) + "\nelement vertex " + std::to_string(vertices) +
+               scale_text(ledger.scale()) + "\nelement vertex " + std::to_string(vertices) +
                "\nproperty " + real + " x\nproperty " + real + " y\nproperty " + real +
                " z\nproperty uchar red\nproperty uchar green\nproperty uchar blue\n" +
                last_properties + "end_header\n");

@@ -154,7 +154,7 @@ int Dive::State::save_projected(const Entry& entry, Facts& facts) {
   ProjectedFile file;
   file.mosaic = entry.mosaic->grid->mosaic;
   const Scale scale = facts.window ? facts.window->scale : Scale();
-  const std::string description = "survey frame, " + survey_unit(scale);
+  const std::string description = "survey frame, " + scale_text(scale);
   const int error = projected.write(*entry.mosaic->projected, effort, description, file);
   if (error == 0) facts.projected = file;
   return error;

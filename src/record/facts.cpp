@@ -44,8 +44,13 @@ void fields(Archive& archive, Is<TiePoint> auto& point) {
 
 template <class Archive>
 void fields(Archive& archive, Is<Health> auto& health) {
-  archive(health.tie_points, health.by_quadrant, health.rms_px, health.sharpness, health.exposure,
-          health.weaknesses);
+  archive(health.tie_points, health.by_quadrant, health.tracked_length, health.rms_px,
+          health.sharpness, health.exposure, health.weaknesses);
+}
+
+template <class Archive>
+void fields(Archive& archive, Is<ImageHealth> auto& later) {
+  archive(later.image, later.health);
 }
 
 template <class Archive>
@@ -127,8 +132,8 @@ template <class Archive>
 void fields(Archive& archive, Is<Facts> auto& facts) {
   archive(facts.of_shot, facts.image, facts.time, facts.name, facts.rejected, facts.dropped_before,
           facts.state, facts.submap, facts.poses, facts.lost, facts.dead_reckoned, facts.health,
-          facts.window, facts.plane, facts.grid, facts.mosaic, facts.projected, facts.tiles,
-          facts.alerts, facts.corrections, facts.joins, facts.scales);
+          facts.later_health, facts.window, facts.plane, facts.grid, facts.mosaic, facts.projected,
+          facts.tiles, facts.alerts, facts.corrections, facts.joins, facts.scales);
 }
 
 namespace {
@@ -180,6 +185,7 @@ void add(const Orientation& orientation, Facts& facts) {
   const auto& reckoned = orientation.dead_reckoned;
   if (reckoned && reckoned->survey_from_camera.is_finite()) facts.dead_reckoned = reckoned;
   facts.health = orientation.health;
+  facts.later_health = orientation.later_health;
   if (orientation.window) facts.window = facts_of(*orientation.window);
   append(facts.alerts, orientation.alerts);
 }

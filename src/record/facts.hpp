@@ -57,6 +57,7 @@ struct Facts {
   std::vector<std::uint64_t> lost;
   std::optional<DeadReckoned> dead_reckoned;
   Health health;
+  std::vector<ImageHealth> later_health;
   std::optional<WindowFacts> window;
   std::optional<Plane> plane;
   std::optional<Grid> grid;

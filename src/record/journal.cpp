@@ -15,7 +15,7 @@ namespace nadir::record {
 namespace {
 
 constexpr std::array<char, 8> kSegmentMagic{'N', 'A', 'D', 'I', 'R', 'J', 'N', 'L'};
-constexpr std::uint32_t kVersion = 3;
+constexpr std::uint32_t kVersion = 4;
 constexpr std::size_t kSegmentHeader = 24;
 constexpr std::array<char, 4> kRecordMagic{'N', 'D', 'R', 'C'};
 constexpr std::size_t kRecordHeader = 24;

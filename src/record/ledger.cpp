@@ -32,6 +32,9 @@ void add_shot(const Facts& facts, Ledger& ledger) {
 
 void add_orientation(const Facts& facts, Ledger& ledger) {
   for (const ImagePose& pose : facts.poses) add_pose(pose, ledger);
+  for (const ImageHealth& later : facts.later_health) {
+    ledger.images[later.image].health = later.health;
+  }
   for (const std::uint64_t lost : facts.lost) ledger.images[lost].final.reset();
 }
 

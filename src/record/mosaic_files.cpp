@@ -89,7 +89,8 @@ std::string auxiliary_xml(const Ledger& ledger) {
   const std::string axes = north ? R"(AXIS["Easting",EAST],AXIS["Northing",NORTH])"
                                  : R"(AXIS["x",EAST],AXIS["y",NORTH])";
   return "<PAMDataset>\n  <SRS dataAxisToSRSAxisMapping=\"1,2\">LOCAL_CS[\"" + name + "\"," + unit +
-         "," + axes + "]</SRS>\n</PAMDataset>\n";
+         "," + axes + "]</SRS>\n  <Metadata>\n    <MDI key=\"SCALE\">" +
+         scale_text(ledger.scale()) + "</MDI>\n  </Metadata>\n</PAMDataset>\n";
 }
 
 }  // namespace nadir::record

@@ -111,4 +111,11 @@ std::string survey_unit(const Scale& scale) {
   return scale.source == ScaleSource::none ? "unscaled" : "metres";
 }
 
+std::string scale_text(const Scale& scale) {
+  if (scale.source == ScaleSource::none) return survey_unit(scale);
+  std::string text = survey_unit(scale) + ", scale from " + std::string(to_string(scale.source));
+  if (scale.sigma > 0) text += ", sigma " + fixed(100 * scale.sigma, 3) + " %";
+  return text;
+}
+
 }  // namespace nadir::record

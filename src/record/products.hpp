@@ -70,5 +70,7 @@ std::string auxiliary_xml(const Ledger& ledger);
 
 /// "metres" or "unscaled": what a survey unit is.
 std::string survey_unit(const Scale& scale);
+/// The unit, where the scale is from and how certain it is.
+std::string scale_text(const Scale& scale);
 
 }  // namespace nadir::record

@@ -64,6 +64,7 @@ json drift_json(const Ledger& ledger) {
       const ImagePose& pose = *poses[i];
       const Eigen::Vector3d& here = pose.survey_from_camera.translation;
       path += (here - poses[i - 1]->survey_from_camera.translation).norm();
+      if (!pose.key_frame) continue;
       variance += pose.sigma_position * pose.sigma_position + kSideways * pose.sigma_rotation *
                                                                   pose.sigma_rotation *
                                                                   (end - here).squaredNorm();
@@ -132,7 +133,7 @@ json summary(const Ledger& ledger, double area, const Stamps& stamps, const json
   dive["counts"] = counts_json(ledger);
   dive["submaps"] = submaps_json(ledger);
   dive["scale"] = {{"source", to_string(scale.source)},
-                   {"sigma", metric ? json(scale.sigma) : json()}};
+                   {"sigma", scale.sigma > 0 ? json(scale.sigma) : json()}};
   dive["survey_unit"] = survey_unit(scale);
   dive["survey_axes"] = to_string(ledger.axes);
   dive["area_m2"] = metric ? json(area) : json();

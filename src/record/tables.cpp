@@ -48,25 +48,37 @@ std::string weaknesses(const Health& health) {
   return names;
 }
 
-std::string health_line(std::uint64_t number, const ImageFacts& image) {
+// 1 sigma of an image's pose, relative to the one before it. Images between key frames are measured
+// from the key frame before them.
+struct RelativeSigma {
+  double position = 0, rotation = 0;  ///< 0: unknown
+};
+RelativeSigma relative_sigma(const ImagePose* before, const ImagePose& pose) {
+  if (before == nullptr || before->submap != pose.submap || !(pose.sigma_position > 0)) return {};
+  if (before->key_frame) return {pose.sigma_position, pose.sigma_rotation};
+  if (!(before->sigma_position > 0)) return {};
+  return {std::hypot(pose.sigma_position, before->sigma_position),
+          std::hypot(pose.sigma_rotation, before->sigma_rotation)};
+}
+
+std::string health_line(std::uint64_t number, const ImageFacts& image, const ImagePose* before) {
   std::string line =
       padded(number, 1) + ',' + csv_field(image.name) + ',' + seconds_text(image.time) + ',';
   line += image.rejected ? "rejected" : to_string(image.state);
   line += image.final ? ",1" : ",0";
-  // Images that start a map have no tie points at their own moment; their pose has.
-  const bool later = image.final && image.health.tie_points == 0;
-  const std::uint32_t tie_points = later ? image.final->tie_points : image.health.tie_points;
-  const double rms_px = later ? image.final->rms_px : image.health.rms_px;
   const std::uint32_t submap = image.final ? image.final->submap : image.submap;
-  line += ',' + padded(submap, 1) + ',' + padded(tie_points, 1);
-  for (const std::uint32_t count : image.health.by_quadrant) line += ',' + padded(count, 1);
-  for (const double value : {rms_px, image.health.sharpness, image.health.exposure}) {
+  const Health& health = image.health;
+  line += ',' + padded(submap, 1) + ',' + padded(health.tie_points, 1);
+  for (const std::uint32_t count : health.by_quadrant) line += ',' + padded(count, 1);
+  line += ',' + fixed(health.tracked_length, 1);
+  for (const double value : {health.rms_px, health.sharpness, health.exposure}) {
     line += ',' + (std::isfinite(value) ? fixed(value, 3) : std::string());
   }
-  const bool known = image.final && image.final->sigma_position > 0;
-  line += ',' + (known ? fixed(image.final->sigma_position, 6) : std::string());
-  line += ',' + (known ? fixed(image.final->sigma_rotation * 180 / M_PI, 5) : std::string());
-  return line + ',' + weaknesses(image.health) + '\n';
+  const RelativeSigma sigma = image.final ? relative_sigma(before, *image.final) : RelativeSigma{};
+  const bool known = sigma.position > 0;
+  line += ',' + (known ? fixed(sigma.position, 6) : std::string());
+  line += ',' + (known ? fixed(sigma.rotation * 180 / M_PI, 5) : std::string());
+  return line + ',' + weaknesses(health) + '\n';
 }
 
 nlohmann::ordered_json to_json(const Alert& alert) {
@@ -88,7 +100,7 @@ bool write_trajectory(LooseFile& file, const Ledger& ledger,
     if (image.*which) poses.push_back(&*(image.*which));
   }
   std::ranges::stable_sort(poses, {}, &ImagePose::time);
-  file.write("# seconds tx ty tz qx qy qz qw: survey_from_camera, " + survey_unit(ledger.scale()) +
+  file.write("# seconds tx ty tz qx qy qz qw: survey_from_camera, " + scale_text(ledger.scale()) +
              '\n');
   for (const ImagePose* pose : poses) file.write(tum_line(*pose));
   return true;
@@ -105,9 +117,12 @@ bool write_alerts(LooseFile& file, const Ledger& ledger) {
 bool write_health(LooseFile& file, const Ledger& ledger) {
   file.write(
       "image,name,seconds,state,oriented,submap,tie_points,top_left,top_right,bottom_left,"
-      "bottom_right,rms_px,sharpness,exposure,relative_sigma,relative_sigma_deg,weak\n");
+      "bottom_right,tracked_length,rms_px,sharpness,exposure,relative_sigma,relative_sigma_deg,"
+      "weak\n");
+  const ImagePose* before = nullptr;
   for (const auto& [number, image] : ledger.images) {
-    if (image.recorded) file.write(health_line(number, image));
+    if (image.recorded) file.write(health_line(number, image, before));
+    if (image.final) before = &*image.final;
   }
   return true;
 }

@@ -102,13 +102,15 @@ bool is_stereo(const std::vector<std::shared_ptr<const Frame>>& frames) {
                      [](const auto& frame) { return frame->rig->right && !frame->right.empty(); });
 }
 
-// One disparity d = f b / Z has relative sigma s / d; the scale is the mean of all.
+// One disparity d = f b / Z has relative sigma s / d; the scale is the mean of all. What all share,
+// of interpolation and lens, does not average out.
 double stereo_sigma(const Frame& frame, const Window& window, double matching_px) {
+  constexpr double kShared_px = 0.02;
   const double baseline = frame.rig->right->right_from_left.translation.norm();
   const double distance = viewing_distance(window).value_or(1.0);
   const double disparity_px = frame.rig->left.fx * baseline / distance;
-  return matching_px / disparity_px /
-         std::sqrt(static_cast<double>(std::max<std::size_t>(1, window.tie_points.size())));
+  const auto points = static_cast<double>(std::max<std::size_t>(1, window.tie_points.size()));
+  return std::hypot(matching_px / std::sqrt(points), kShared_px) / disparity_px;
 }
 
 }  // namespace

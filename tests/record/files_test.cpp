@@ -231,7 +231,7 @@ TEST(HealthTable, HasALineOfEachImage) {
   EXPECT_TRUE(line.starts_with("image,name,seconds,state,oriented,submap,tie_points,"));
   std::getline(in, line);
   EXPECT_EQ(line,
-            "0,\"dsc,0\",1700000000.123456789,tracking,1,0,3,1,1,1,0,0.400,120.500,99.250,,,");
+            "0,\"dsc,0\",1700000000.123456789,tracking,1,0,3,1,1,1,0,2.5,0.400,120.500,99.250,,,");
   std::getline(in, line);
   EXPECT_TRUE(line.starts_with("1,\"dsc,1\",1700000000.623456790,rejected,0,"));
 }
@@ -256,6 +256,60 @@ TEST(HealthTable, NamesWhatIsWeakAndTheDiveCountsIt) {
   EXPECT_EQ(weak["dark"], 2);
   EXPECT_EQ(weak["few_tie_points"], 1);
   EXPECT_EQ(weak["bright"], 0);
+}
+
+// Key frames 0 and 3; 1 and 2 are measured from 0, and 4 from 3.
+TEST(HealthTable, HoldsTheSigmaRelativeToTheImageBefore) {
+  SmallDive small;
+  small.images = 5;
+  const ScratchFolder scratch;
+  Dive dive(scratch / "dive", small.info(), {});
+  for (int i = 0; i < small.images; ++i) {
+    Entry entry = small.entry(i);
+    auto orientation = std::make_shared<Orientation>(*entry.orientation);
+    ImagePose& pose = orientation->poses.front();
+    pose.key_frame = i == 0 || i == 3;
+    pose.sigma_position = i == 0 ? 0 : i == 2 ? 0.04 : 0.03;
+    pose.sigma_rotation = pose.sigma_position / 2;
+    pose.survey_from_camera.translation = {0.25 * i, 0, 2};
+    entry.orientation = orientation;
+    ASSERT_TRUE(dive.add(entry).empty());
+  }
+  ASSERT_TRUE(dive.finish({}).empty());
+  std::istringstream table(read_text(scratch / "dive/health.csv"));
+  std::vector<std::string> sigmas;
+  std::string line;
+  std::getline(table, line);
+  while (std::getline(table, line)) {
+    const std::size_t start = line.find("99.250,") + 7;
+    sigmas.push_back(line.substr(start, line.find(',', start) - start));
+  }
+  EXPECT_EQ(sigmas, (std::vector<std::string>{"", "0.030000", "0.050000", "0.050000", "0.030000"}));
+
+  // Of the one step between key frames, and its turn over the quarter metre that follows.
+  const json drift = json::parse(read_text(scratch / "dive/dive.json"))["drift"];
+  ASSERT_EQ(drift.size(), 1u);
+  EXPECT_NEAR(drift[0]["path_survey_units"].get<double>(), 1.0, 1e-9);
+  const double expected = std::sqrt(0.03 * 0.03 + 2.0 / 3 * 0.015 * 0.015 * 0.25 * 0.25);
+  EXPECT_NEAR(drift[0]["sigma_survey_units"].get<double>(), expected, 1e-9);
+  EXPECT_NEAR(drift[0]["sigma_percent"].get<double>(), 100 * expected, 1e-7);
+}
+
+TEST(HealthTable, TakesWhatIsKnownOnlyLater) {
+  const SmallDive small;
+  const ScratchFolder scratch;
+  Dive dive(scratch / "dive", small.info(), {});
+  for (int i = 0; i < 2; ++i) {
+    Entry entry = small.entry(i);
+    auto orientation = std::make_shared<Orientation>(*entry.orientation);
+    if (i == 0) orientation->health = {};
+    if (i == 1) orientation->later_health = {{0, {9, {3, 2, 2, 2}, 4, 0.25, 120.5, 99.25}}};
+    entry.orientation = orientation;
+    ASSERT_TRUE(dive.add(entry).empty());
+  }
+  ASSERT_TRUE(dive.finish({}).empty());
+  EXPECT_NE(read_text(scratch / "dive/health.csv").find(",9,3,2,2,2,4.0,0.250,120.500,99.250,"),
+            std::string::npos);
 }
 
 TEST(DiveJson, TellsWhereLostImagesMayLieAndRecoveryDoesToo) {
@@ -342,6 +396,17 @@ TEST(DiveJson, SaysWhatTheDiveIs) {
   EXPECT_EQ(found["versions"]["nadir"], "0.1.0");
 }
 
+TEST(Scale, IsSaidInEveryProductWithSourceAndSigma) {
+  const Recorded dive(SmallDive{});
+  for (const char* name :
+       {"trajectory.tum", "trajectory_live.tum", "sparse.ply", "projection3d.ply",
+        "mosaic2d/mosaic-000.png.aux.xml", "projected/000003.png"}) {
+    EXPECT_NE(read_text(dive / name).find("metres, scale from stereo, sigma 0.100 %"),
+              std::string::npos)
+        << name;
+  }
+}
+
 TEST(Unscaled, IsSaidInEveryProduct) {
   SmallDive small;
   small.metric = false;
@@ -369,6 +434,7 @@ TEST(Rasters, AreReadByGdalAtTheirPlace) {
   EXPECT_NEAR(place[3].get<double>(), 2.005, 1e-9);
   EXPECT_NEAR(place[5].get<double>(), -0.01, 1e-12);
   EXPECT_EQ(mosaic["bands"].size(), 4u);
+  EXPECT_EQ(mosaic["metadata"][""]["SCALE"], "metres, scale from stereo, sigma 0.100 %");
   EXPECT_NE(mosaic["coordinateSystem"]["wkt"].get<std::string>().find("nadir survey"),
             std::string::npos);
   const json image =
@@ -422,7 +488,7 @@ TEST(Files, HoldNoNumberThatIsNotFinite) {
   ASSERT_TRUE(dive.finish({}).empty());
   EXPECT_TRUE(rows_of(scratch / "dive/trajectory.tum").empty());
   EXPECT_EQ(Ply(scratch / "dive/sparse.ply").rows.size(), 2u);
-  EXPECT_NE(read_text(scratch / "dive/health.csv").find("1,1,1,0,,120.500"), std::string::npos);
+  EXPECT_NE(read_text(scratch / "dive/health.csv").find("1,1,1,0,2.5,,120.500"), std::string::npos);
   EXPECT_EQ(json::parse(read_text(scratch / "dive/dive.json"))["counts"]["lost"], 1);
 }
 

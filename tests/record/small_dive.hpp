@@ -110,7 +110,7 @@ struct SmallDive {
       shot->frame = std::make_shared<const Frame>();
       orientation->state = TrackingState::tracking;
       orientation->poses.push_back({image, shot->time, 0, pose(image), true, 3, 0.4});
-      orientation->health = {3, {1, 1, 1, 0}, 0.4, 120.5, 99.25};
+      orientation->health = {3, {1, 1, 1, 0}, 2.5, 0.4, 120.5, 99.25};
       orientation->window = window(image);
       surface->plane = plane();
       cloud->grid = grid(image);

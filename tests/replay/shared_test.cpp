@@ -46,6 +46,18 @@ std::optional<Dive> dive_of(const std::string& sequence) {
   return dive;
 }
 
+std::vector<std::vector<std::string>> rows(const fs::path& file) {
+  std::vector<std::vector<std::string>> all;
+  std::ifstream stream(file);
+  for (std::string line; std::getline(stream, line);) {
+    std::istringstream text(line);
+    std::vector<std::string> fields;
+    for (std::string field; std::getline(text, field, ',');) fields.push_back(field);
+    all.push_back(fields);
+  }
+  return all;
+}
+
 int longest_submap(const nlohmann::json& dive) {
   int longest = 0;
   for (const auto& submap : dive["submaps"]) {
@@ -71,27 +83,42 @@ int oriented_in_submaps_of_five(const Dive& dive) {
   return sum;
 }
 
-Fit fit_of(const Dive& dive, bool free_scale) {
-  return fit(dive.folder / "trajectory.tum", dive.survey / "gt_poses_tum.txt", free_scale);
+using Ranges = std::vector<std::pair<int, int>>;  // of images, first and last
+
+Fit fit_of(const Dive& dive, bool free_scale, const Ranges& ranges = {}) {
+  return fit(dive.folder / "trajectory.tum", dive.survey / "gt_poses_tum.txt", free_scale, ranges);
+}
+
+std::vector<int> images_lost_at(const Dive& dive) {
+  std::vector<int> images;
+  std::istringstream lines(contents(dive.folder / "alerts.jsonl"));
+  for (std::string line; std::getline(lines, line);) {
+    const auto alert = nlohmann::json::parse(line);
+    if (alert["kind"] == "tracking_lost") images.push_back(alert["image"]);
+  }
+  return images;
 }
 
 struct Rendered {
   std::string name;
-  int least_oriented;
+  int images, least_oriented;
   std::string scale;  ///< its source
   double rmse;        ///< metres, after rotation and translation, and scale where nothing gives it
+  double rmse_free;   ///< after scale, too
+  double scale_error;
   int least_windows;
   double least_planes;  ///< share of the windows
 };
 
 class RenderedSequence : public testing::TestWithParam<Rendered> {};
 
-INSTANTIATE_TEST_SUITE_P(All, RenderedSequence,
-                         testing::Values(Rendered{"pool", 81, "stereo", 0.005, 70, 0.95},
-                                         Rendered{"wreck", 40, "stereo", 0.0011, 20, 0},
-                                         Rendered{"transect", 159, "laser", 0.03, 20, 0.8},
-                                         Rendered{"reef", 99, "none", 0.015, 20, 0}),
-                         [](const auto& tested) { return tested.param.name; });
+INSTANTIATE_TEST_SUITE_P(
+    All, RenderedSequence,
+    testing::Values(Rendered{"pool", 81, 81, "stereo", 0.005, 0.005, 6e-4, 70, 0.95},
+                    Rendered{"wreck", 40, 40, "stereo", 0.0011, 0.0011, 5e-4, 20, 0},
+                    Rendered{"transect", 160, 159, "laser", 0.03, 0.003, 8e-3, 20, 0.8},
+                    Rendered{"reef", 100, 99, "none", 0.015, 0.015, 1e9, 20, 0}),
+    [](const auto& tested) { return tested.param.name; });
 
 TEST_P(RenderedSequence, IsOrientedWholeAndExact) {
   const Rendered& expected = GetParam();
@@ -100,10 +127,49 @@ TEST_P(RenderedSequence, IsOrientedWholeAndExact) {
   const auto& counts = dive->json["counts"];
   EXPECT_GE(counts["oriented"], expected.least_oriented);
   EXPECT_EQ(dive->json["scale"]["source"], expected.scale);
+  EXPECT_EQ(dive->json["submaps"].size(), 1u);
+  const Fit with_scale = fit_of(*dive, true);
+  EXPECT_LT(with_scale.rmse, expected.rmse_free);
   EXPECT_LT(fit_of(*dive, expected.scale == "none").rmse, expected.rmse);
+  EXPECT_LT(std::abs(with_scale.scale - 1), expected.scale_error);
+  if (expected.scale != "none") {
+    const double sigma = dive->json["scale"]["sigma"];
+    EXPECT_LT(std::abs(with_scale.scale - 1), 2 * sigma);
+  }
   EXPECT_GE(counts["windows"], expected.least_windows);
   EXPECT_GE(counts["planes"].get<double>(),
             expected.least_planes * counts["windows"].get<double>());
+}
+
+// The share of consecutive images whose relative pose is as well known as the table of health says.
+TEST_P(RenderedSequence, KnowsHowWellItKnowsEachStep) {
+  const auto dive = dive_of("rendered/" + GetParam().name);
+  if (!dive) return;
+  const auto found = poses(dive->folder / "trajectory.tum");
+  const auto exact = poses(dive->survey / "gt_poses_tum.txt");
+  const double scale = GetParam().scale == "none" ? 1 / fit_of(*dive, true).scale : 1;
+  std::map<long, std::pair<double, double>> sigmas;  // position and rotation, by time
+  for (const auto& row : rows(dive->folder / "health.csv")) {
+    if (row.at(0) == "image" || row.at(15).empty()) continue;
+    sigmas[std::lround(1000 * std::stod(row[2]))] = {std::stod(row[15]), std::stod(row[16])};
+  }
+  int steps = 0, position_within = 0, rotation_within = 0;
+  for (auto before = found.begin(), now = std::next(before); now != found.end(); ++before, ++now) {
+    const auto sigma = sigmas.find(now->first);
+    if (sigma == sigmas.end()) continue;
+    const Eigen::Isometry3d step = before->second.inverse() * now->second;
+    const Eigen::Isometry3d truth = exact.at(before->first).inverse() * exact.at(now->first);
+    const double error = (scale * step.translation() - truth.translation()).norm();
+    const double turn = Eigen::AngleAxisd(step.linear().transpose() * truth.linear()).angle();
+    ++steps;
+    position_within += error < 2 * scale * sigma->second.first;
+    rotation_within += turn * 180 / M_PI < 2 * sigma->second.second;
+  }
+  EXPECT_EQ(steps + 1, GetParam().images);
+  EXPECT_GE(position_within, 0.85 * steps) << "of " << steps;
+  EXPECT_GE(rotation_within, 0.85 * steps) << "of " << steps;
+  // Twice too large a sigma would hold nearly all.
+  EXPECT_LT(position_within + rotation_within, 2 * steps);
 }
 
 TEST(FailureSequence, JumpIsNoticedAndBothSidesAreMapped) {
@@ -112,8 +178,10 @@ TEST(FailureSequence, JumpIsNoticedAndBothSidesAreMapped) {
   EXPECT_EQ(dive->json["counts"]["oriented"], 40);
   EXPECT_EQ(dive->json["submaps"].size(), 2u);
   for (const auto& submap : dive->json["submaps"]) EXPECT_TRUE(submap["joined"].is_null());
-  const std::string alerts = contents(dive->folder / "alerts.jsonl");
-  EXPECT_NE(alerts.find("tracking_lost"), std::string::npos);
+  ASSERT_EQ(images_lost_at(*dive).size(), 1u);
+  EXPECT_NEAR(images_lost_at(*dive)[0], 20, 1);
+  EXPECT_LT(fit_of(*dive, false, {{0, 19}}).rmse, 0.02);
+  EXPECT_LT(fit_of(*dive, false, {{20, 39}}).rmse, 0.02);
 }
 
 TEST(FailureSequence, BlindedImagesAreLostAndTheRestIsOriented) {
@@ -122,6 +190,9 @@ TEST(FailureSequence, BlindedImagesAreLostAndTheRestIsOriented) {
   EXPECT_EQ(dive->json["counts"]["oriented"], 28);
   EXPECT_EQ(dive->json["submaps"].size(), 1u);
   EXPECT_NE(contents(dive->folder / "alerts.jsonl").find("blank image"), std::string::npos);
+  ASSERT_EQ(images_lost_at(*dive).size(), 1u);
+  EXPECT_NEAR(images_lost_at(*dive)[0], 14, 1);
+  EXPECT_LT(fit_of(*dive, false, {{0, 13}, {26, 39}}).rmse, 0.02);
 }
 
 TEST(FailureSequence, ReturnIsOrientedWholeAndJoined) {
@@ -134,6 +205,11 @@ TEST(FailureSequence, ReturnIsOrientedWholeAndJoined) {
   EXPECT_EQ(submaps[2]["first_image"], 40);
   EXPECT_EQ(submaps[2]["joined"], 0);
   EXPECT_FALSE(submaps[2]["uncertain"]);
+  ASSERT_EQ(images_lost_at(*dive).size(), 2u);
+  EXPECT_NEAR(images_lost_at(*dive)[0], 20, 1);
+  EXPECT_NEAR(images_lost_at(*dive)[1], 40, 1);
+  EXPECT_LT(fit_of(*dive, false, {{0, 19}, {40, 59}}).rmse, 0.02);
+  EXPECT_LT(fit_of(*dive, false, {{20, 39}}).rmse, 0.02);
 }
 
 struct Real {
@@ -148,9 +224,9 @@ INSTANTIATE_TEST_SUITE_P(
     All, RealSequence,
     testing::Values(Real{"seabed-strip-1", 8, true}, Real{"seabed-strip-3", 8, true},
                     Real{"seabed-strip-5", 8, true}, Real{"seabed-strip-7", 8, true},
-                    Real{"seabed-strip-9", 8, true}, Real{"wreck-jason", 60, false},
-                    Real{"amphora-20fps", 75, false}, Real{"cave-sparus", 20, false},
-                    Real{"beach-aerial", 20, false}),
+                    Real{"seabed-strip-9", 8, true}, Real{"wreck-jason", 100, false},
+                    Real{"amphora-20fps", 80, false}, Real{"cave-sparus", 20, false},
+                    Real{"beach-aerial", 30, false}),
     [](const auto& tested) {
       std::string name = tested.param.name;
       std::replace(name.begin(), name.end(), '-', '_');
@@ -177,18 +253,6 @@ TEST(OpenWater, RaisesTheAlertAndMakesNoMap) {
 
 // --- the pool's targets through the world files
 // -----------------------------------------------------------------
-
-std::vector<std::vector<std::string>> rows(const fs::path& file) {
-  std::vector<std::vector<std::string>> all;
-  std::ifstream stream(file);
-  for (std::string line; std::getline(stream, line);) {
-    std::istringstream text(line);
-    std::vector<std::string> fields;
-    for (std::string field; std::getline(text, field, ',');) fields.push_back(field);
-    all.push_back(fields);
-  }
-  return all;
-}
 
 WorldFile world_file(const fs::path& file) {
   WorldFile world;

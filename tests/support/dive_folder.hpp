@@ -7,6 +7,7 @@
 #include <unistd.h>
 
 #include <Eigen/Geometry>
+#include <algorithm>
 #include <cstdlib>
 #include <filesystem>
 #include <fstream>
@@ -57,6 +58,23 @@ inline std::map<long, Eigen::Vector3d> positions(const fs::path& tum) {
   return found;
 }
 
+/// Poses of a TUM trajectory by time in milliseconds.
+inline std::map<long, Eigen::Isometry3d> poses(const fs::path& tum) {
+  std::map<long, Eigen::Isometry3d> found;
+  std::ifstream stream(tum);
+  for (std::string line; std::getline(stream, line);) {
+    double t = 0;
+    Eigen::Vector3d x;
+    Eigen::Quaterniond q;
+    std::istringstream text(line);
+    if (line.starts_with('#') ||
+        !(text >> t >> x[0] >> x[1] >> x[2] >> q.x() >> q.y() >> q.z() >> q.w()))
+      continue;
+    found[std::lround(1000 * t)] = Eigen::Translation3d(x) * q.normalized();
+  }
+  return found;
+}
+
 struct Fit {
   std::size_t images = 0;
   double rmse = 0;
@@ -64,8 +82,19 @@ struct Fit {
 };
 
 /// RMSE of the positions after the best rotation and translation, and scale if free (Umeyama 1991).
-inline Fit fit(const fs::path& estimate, const fs::path& truth, bool free_scale) {
-  const auto estimated = positions(estimate), exact = positions(truth);
+/// Of the images first to last alone, as the truth counts them, with `ranges`.
+inline Fit fit(const fs::path& estimate, const fs::path& truth, bool free_scale,
+               const std::vector<std::pair<int, int>>& ranges = {}) {
+  auto estimated = positions(estimate);
+  const auto exact = positions(truth);
+  int image = 0;
+  for (const auto& [time, x] : exact) {
+    const bool wanted = ranges.empty() || std::ranges::any_of(ranges, [&](const auto& range) {
+                          return range.first <= image && image <= range.second;
+                        });
+    if (!wanted) estimated.erase(time);
+    ++image;
+  }
   std::vector<std::pair<Eigen::Vector3d, Eigen::Vector3d>> pairs;
   for (const auto& [t, x] : estimated) {
     if (const auto found = exact.find(t); found != exact.end())

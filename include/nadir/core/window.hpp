@@ -55,8 +55,7 @@ struct ImagePose {
   bool key_frame = false;
   std::uint32_t tie_points = 0;  ///< observed in this image
   double rms_px = 0;             ///< of their reprojection
-  // Of a key frame, 1 sigma relative to the one before it; 0: unknown. Roots of the sums of three
-  // variances.
+  // 1 sigma relative to the key frame before it; 0: unknown. Roots of the sums of three variances.
   double sigma_position = 0;  ///< survey units
   double sigma_rotation = 0;  ///< radians
 };
@@ -87,19 +86,30 @@ struct Window {
 };
 
 /// What makes an image weak for mapping, by the thresholds of the configuration.
-enum class Weakness : std::uint8_t { few_tie_points, large_residuals, blurred, dark, bright };
-inline constexpr std::array kWeaknesses{Weakness::few_tie_points, Weakness::large_residuals,
-                                        Weakness::blurred, Weakness::dark, Weakness::bright};
+enum class Weakness : std::uint8_t {
+  few_tie_points,
+  one_sided,  ///< a quadrant has next to no tie points
+  short_tracks,
+  large_residuals,
+  blurred,
+  dark,
+  bright
+};
+inline constexpr std::array kWeaknesses{Weakness::few_tie_points, Weakness::one_sided,
+                                        Weakness::short_tracks,   Weakness::large_residuals,
+                                        Weakness::blurred,        Weakness::dark,
+                                        Weakness::bright};
 std::string_view to_string(Weakness weakness);
 
 /// Per image, for health.csv and the page.
 struct Health {
   std::uint32_t tie_points = 0;
   std::array<std::uint32_t, 4> by_quadrant{};  ///< top left, top right, bottom left, bottom right
+  double tracked_length = 0;  ///< median number of images a tie point was seen in, this one too
   double rms_px = 0;
   double sharpness = 0;         ///< variance of the Laplacian, grey levels squared
   double exposure = 0;          ///< mean grey level, 0 to 255
-  std::uint8_t weaknesses = 0;  ///< bit by bit; of images not tracked, of the picture alone
+  std::uint8_t weaknesses = 0;  ///< bit by bit; of images without a pose, of the picture alone
 
   void add(Weakness weakness) {
     weaknesses = static_cast<std::uint8_t>(weaknesses | 1U << static_cast<unsigned>(weakness));
@@ -107,6 +117,11 @@ struct Health {
   bool has(Weakness weakness) const {
     return (weaknesses >> static_cast<unsigned>(weakness) & 1U) != 0;
   }
+};
+
+struct ImageHealth {
+  std::uint64_t image = 0;
+  Health health;
 };
 
 /// Where an image without a pose may have been taken: by the vehicle's last motion, the attitude
@@ -135,6 +150,7 @@ struct Orientation {
   /// Key frames that odometry will not change any more, each once, in order.
   std::vector<std::shared_ptr<const SettledKeyFrame>> settled;
   Health health;
+  std::vector<ImageHealth> later_health;  ///< of earlier images that only this shot gave poses
   std::vector<Alert> alerts;
 };
 

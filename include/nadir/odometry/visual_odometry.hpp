@@ -34,6 +34,8 @@ struct Config {
 
   // An image beyond one of these is weak: health.csv says so.
   int weak_tie_points = 40;    ///< fewer
+  int weak_quadrant = 3;       ///< fewer tie points in a quadrant
+  int weak_track_length = 3;   ///< seen in fewer images, in the median
   double weak_rms_px = 1.2;    ///< larger
   double weak_sharpness = 20;  ///< less, variance of the Laplacian
   double weak_dark = 25;       ///< darker, mean grey level
