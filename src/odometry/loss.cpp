@@ -5,6 +5,22 @@
 #include <string>
 
 namespace nadir::odometry {
+namespace {
+
+void tell_why_blank(const View& view, const Config& config, Alert& alert) {
+  if (view.exposure < config.weak_dark) {
+    alert.message += "too dark (blank image): lamps off, or no seabed within their reach";
+    alert.remedy = "check the lamps, expose longer or go closer to the seabed";
+  } else if (view.exposure > config.weak_bright) {
+    alert.message += "over-exposed (blank image)";
+    alert.remedy = "expose for less time, dim the lamps or keep them farther from the seabed";
+  } else {
+    alert.message += "nothing to see but silt or open water (blank image)";
+    alert.remedy = "let silt settle or go closer to the seabed; check that the lens is clear";
+  }
+}
+
+}  // namespace
 
 Alert no_map_alert(const Frame& last) {
   return {last.time, last.image, AlertKind::tracking_lost,
@@ -12,20 +28,23 @@ Alert no_map_alert(const Frame& last) {
           "take more images while moving over the ground, with at least 60 % overlap"};
 }
 
-Alert loss_alert(const Frame& frame, LossReason reason) {
-  Alert alert{frame.time, frame.image, AlertKind::tracking_lost, {}, {}};
-  const std::string image = "image " + std::to_string(frame.image) + ": ";
+Alert loss_alert(const View& view, LossReason reason, const Config& config) {
+  const Frame& frame = *view.frame;
+  Alert alert{frame.time,
+              frame.image,
+              AlertKind::tracking_lost,
+              "image " + std::to_string(frame.image) + ": ",
+              {}};
   switch (reason) {
     case LossReason::blank_image:
-      alert.message = image + "nothing to see (blank image)";
-      alert.remedy = "check lamps and lens, let silt settle or go closer to the seabed";
+      tell_why_blank(view, config, alert);
       break;
     case LossReason::too_few_matches:
-      alert.message = image + "too few matches with the images before";
+      alert.message += "too few matches with the images before";
       alert.remedy = "go back over the last good ground, slower and with more overlap";
       break;
     case LossReason::too_large_motion:
-      alert.message = image + "does not overlap the images before (too large a motion)";
+      alert.message += "does not overlap the images before (too large a motion)";
       alert.remedy = "go back to the last good view, then move on slower";
       break;
   }

@@ -3,7 +3,8 @@
 // Why an image has no pose, in words a diver understands.
 #pragma once
 
-#include "nadir/core/frame.hpp"
+#include "features.hpp"
+#include "nadir/odometry/visual_odometry.hpp"
 
 namespace nadir::odometry {
 
@@ -12,6 +13,7 @@ enum class LossReason { blank_image, too_few_matches, too_large_motion };
 /// At the end of an input that gave no map; last: the newest image waited for.
 Alert no_map_alert(const Frame& last);
 
-Alert loss_alert(const Frame& frame, LossReason reason);
+/// A blank image is dark, bright or neither by config.weak_dark and config.weak_bright.
+Alert loss_alert(const View& view, LossReason reason, const Config& config);
 
 }  // namespace nadir::odometry

@@ -129,7 +129,7 @@ void VisualOdometry::State::lose(const std::shared_ptr<const View>& view, LossRe
                                  Orientation& out) {
   tracking = TrackingState::lost;
   track.clear();
-  out.alerts.push_back(loss_alert(*view->frame, reason));
+  out.alerts.push_back(loss_alert(*view, reason, config));
   alerted = true;
   if (config.on_lost == OnLost::stop) {
     out.lost.push_back(view->frame->image);
@@ -164,7 +164,7 @@ void VisualOdometry::State::gather(const std::shared_ptr<const View>& view, Orie
     give_up_waiting(out);
     out.lost.push_back(view->frame->image);
     if (!std::exchange(alerted, true)) {
-      out.alerts.push_back(loss_alert(*view->frame, LossReason::blank_image));
+      out.alerts.push_back(loss_alert(*view, LossReason::blank_image, config));
     }
     return;
   }
@@ -176,7 +176,7 @@ void VisualOdometry::State::gather(const std::shared_ptr<const View>& view, Orie
       if (start_early(out)) return follow(view, out);
       give_up_waiting(out);
       if (!std::exchange(alerted, true)) {
-        out.alerts.push_back(loss_alert(*view->frame, reason_without_matches(*view)));
+        out.alerts.push_back(loss_alert(*view, reason_without_matches(*view), config));
       }
     } else if (matched.shift_px <
                config.key_frame_shift * std::min(view->camera().width, view->camera().height)) {

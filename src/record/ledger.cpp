@@ -120,13 +120,20 @@ bool add_record(const Record& record, Ledger& ledger) {
   return false;
 }
 
-// A sub-map is as certain as the one it was joined to at last.
-void clear_doubts(Ledger& ledger) {
+// The one it was joined to at last.
+std::uint32_t root_of(std::uint32_t submap, const Ledger& ledger) {
+  while (ledger.joined.contains(submap)) submap = ledger.joined.at(submap);
+  return submap;
+}
+
+// A sub-map is as certain as the one it was joined to, whose size it has.
+void take_from_roots(Ledger& ledger) {
   const std::set<std::uint32_t> uncertain = ledger.uncertain;
   for (const auto& [submap, to] : ledger.joined) {
-    std::uint32_t root = to;
-    while (ledger.joined.contains(root)) root = ledger.joined.at(root);
+    const std::uint32_t root = root_of(to, ledger);
     if (!uncertain.contains(root)) ledger.uncertain.erase(submap);
+    Scale& scale = ledger.scales[submap];
+    if (scale.source == ScaleSource::none) scale = ledger.scales[root];
   }
 }
 
@@ -159,7 +166,7 @@ void correct(Ledger& ledger) {
     grid = mosaic2d::moved(grid,
                            ledger.corrections.at(grid.submap, ledger.mosaic_seen_first.at(number)));
   }
-  clear_doubts(ledger);
+  take_from_roots(ledger);
 }
 
 }  // namespace

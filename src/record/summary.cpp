@@ -26,6 +26,11 @@ json counts_json(const Ledger& ledger) {
           {"mosaic_tiles", ledger.tiles.size()}};
 }
 
+json scale_json(const Scale& scale) {
+  const bool known = scale.sigma > 0;
+  return {{"source", to_string(scale.source)}, {"sigma", known ? json(scale.sigma) : json()}};
+}
+
 struct Range {
   std::uint64_t first, last;
 };
@@ -39,11 +44,14 @@ json submaps_json(const Ledger& ledger) {
   json submaps = json::array();
   for (const auto& [id, range] : ranges) {
     const auto joined = ledger.joined.find(id);
-    submaps.push_back({{"id", id},
-                       {"first_image", range.first},
-                       {"last_image", range.last},
-                       {"joined", joined == ledger.joined.end() ? json() : json(joined->second)},
-                       {"uncertain", ledger.uncertain.contains(id)}});
+    const auto scale = ledger.scales.find(id);
+    submaps.push_back(
+        {{"id", id},
+         {"first_image", range.first},
+         {"last_image", range.last},
+         {"joined", joined == ledger.joined.end() ? json() : json(joined->second)},
+         {"uncertain", ledger.uncertain.contains(id)},
+         {"scale", scale_json(scale == ledger.scales.end() ? Scale() : scale->second)}});
   }
   return submaps;
 }
@@ -132,8 +140,7 @@ json summary(const Ledger& ledger, double area, const Stamps& stamps, const json
   const bool metric = scale.source != ScaleSource::none;
   dive["counts"] = counts_json(ledger);
   dive["submaps"] = submaps_json(ledger);
-  dive["scale"] = {{"source", to_string(scale.source)},
-                   {"sigma", scale.sigma > 0 ? json(scale.sigma) : json()}};
+  dive["scale"] = scale_json(scale);
   dive["survey_unit"] = survey_unit(scale);
   dive["survey_axes"] = to_string(ledger.axes);
   dive["area_m2"] = metric ? json(area) : json();

@@ -289,14 +289,4 @@ std::vector<Range> ranges_of(const LaserDots& dots, const calibration::Lasers& l
   return ranges;
 }
 
-void mask_laser_dots(const LaserDots& dots, cv::Mat& mask) {
-  NADIR_CHECK(mask.type() == CV_8UC1, mask.type());
-  for (const LaserDot& dot : dots.dots) {
-    cv::circle(mask,
-               {static_cast<int>(std::lround(dot.pixel.x())),
-                static_cast<int>(std::lround(dot.pixel.y()))},
-               static_cast<int>(std::ceil(dot.radius_px)), 0, cv::FILLED);
-  }
-}
-
 }  // namespace nadir::reference

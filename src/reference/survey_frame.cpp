@@ -269,11 +269,22 @@ Eigen::Quaterniond SurveyFrame::upright(const Window& initial,
   return Quaterniond(Eigen::AngleAxisd(std::atan2(x.y(), x.x()), Vector3d::UnitZ())) * own;
 }
 
+// By the AHRS's heading, about the survey frame's z; 0 when unknown.
+double SurveyFrame::turn_since_last(const Frame& frame) const {
+  if (!config_.attitude || !frame.attitude || !last_->attitude) return 0;
+  return std::remainder(last_->attitude->yaw - frame.attitude->yaw, 2 * std::numbers::pi);
+}
+
+// The velocity turns with the vehicle. At a constant rate from the last pose until now the way is
+// an arc, whose chord points half of the turn aside and is sin(half) / half as long.
 Eigen::Vector3d SurveyFrame::reckoned_position(const Frame& frame) const {
   if (!last_) return Vector3d::Zero();
-  const double elapsed =
-      std::clamp(seconds(frame.time - last_->pose.time), 0.0, config_.dead_reckoning_max_s);
-  Vector3d position = last_->pose.survey_from_camera.translation + last_->velocity * elapsed;
+  const double since = std::max(0.0, seconds(frame.time - last_->pose.time));
+  const double elapsed = std::min(since, config_.dead_reckoning_max_s);
+  Vector3d way = last_->velocity * elapsed;
+  const double half = elapsed > 0 ? 0.5 * turn_since_last(frame) * elapsed / since : 0;
+  if (half != 0) way.head<2>() = std::sin(half) / half * (Eigen::Rotation2Dd(half) * way.head<2>());
+  Vector3d position = last_->pose.survey_from_camera.translation + way;
   if (scale_.source != ScaleSource::none && frame.depth && last_->depth) {
     position.z() = last_->pose.survey_from_camera.translation.z() + *last_->depth - *frame.depth;
   }

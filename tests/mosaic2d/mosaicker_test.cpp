@@ -4,13 +4,17 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <cmath>
+#include <vector>
+
 #include "mosaic2d/scene.hpp"
 #include "nadir/core/check.hpp"
 
 namespace nadir::mosaic2d {
 namespace {
 
-using Eigen::Vector3d;
+using Eigen::Vector2d, Eigen::Vector3d;
 using test::Scene;
 
 class MosaickerTest : public testing::Test {
@@ -67,6 +71,51 @@ TEST_F(MosaickerTest, TilesShowTheProjectedImage) {
   cv::Mat alpha;
   cv::extractChannel(update.projected->bgra, alpha, 3);
   EXPECT_EQ(seen, cv::countNonZero(alpha));
+}
+
+// The outline's 24 corners are rounded to the raster (0.71 px) and what its edges touch is filled
+// (0.5 px); between two corners it lies inside the disc by 1 - cos(pi / 24) of the radius.
+TEST_F(MosaickerTest, ShowsNothingWhereTheImageIsHidden) {
+  Scene scene;
+  scene.survey_from_camera = test::camera_at({0, 0, 2}, 35, 12);
+  scene.plane = test::plane_through({0, 0, 0}, {0.3, -0.4, 1});
+  const std::vector<Disc> hidden{{{120, 90}, 15}, {{300, 250}, 30}, {{478, 180}, 12}};
+  const MosaicUpdate update =
+      mosaicker_.process(test::surface_of(scene, test::grey_image(scene.camera), hidden));
+  ASSERT_TRUE(update.projected);
+  const cv::Mat& bgra = update.projected->bgra;
+  const auto pixel_at = [&](int column, int row) {
+    const Vector2d xy = update.projected->world(column, row);
+    const Plane& plane = scene.plane;
+    const double z = (plane.offset - plane.normal.head<2>().dot(xy)) / plane.normal.z();
+    return scene.camera.project(scene.survey_from_camera.inverse() * Vector3d(xy.x(), xy.y(), z))
+        .value();
+  };
+  std::vector<int> found(hidden.size());
+  int shown = 0;
+  for (int row = 0; row < bgra.rows; ++row) {
+    for (int column = 0; column < bgra.cols; ++column) {
+      const Vector2d pixel = pixel_at(column, row);
+      const double inside = std::min({pixel.x(), pixel.y(), 483 - pixel.x(), 363 - pixel.y()});
+      if (std::abs(inside) < 0.2) continue;
+      const double raster_px = std::hypot((pixel_at(column + 1, row) - pixel).norm(),
+                                          (pixel_at(column, row + 1) - pixel).norm());
+      bool covered = false, doubtful = false;
+      for (std::size_t i = 0; i < hidden.size(); ++i) {
+        const double beyond = (pixel - hidden[i].pixel).norm() - hidden[i].radius_px;
+        const double margin = 1.21 * raster_px + 0.0086 * hidden[i].radius_px;
+        doubtful |= std::abs(beyond) < margin;
+        covered |= beyond <= -margin;
+        found[i] += inside > 0 && beyond <= -margin;
+      }
+      if (doubtful) continue;
+      const int alpha = bgra.at<cv::Vec4b>(row, column)[3];
+      ASSERT_EQ(alpha, inside > 0 && !covered ? 255 : 0) << pixel.transpose();
+      shown += alpha == 255;
+    }
+  }
+  for (std::size_t i = 0; i < hidden.size(); ++i) EXPECT_GT(found[i], 100) << i;
+  EXPECT_GT(shown, 50000);
 }
 
 TEST_F(MosaickerTest, StartsANewMosaicWhenTheSeabedTurnsForGood) {

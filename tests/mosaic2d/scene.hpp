@@ -72,12 +72,14 @@ inline cv::Mat render(const Scene& scene, const Colours& colours) {
   return image;
 }
 
-inline std::shared_ptr<Surface> surface_of(const Scene& scene, cv::Mat image) {
+inline std::shared_ptr<Surface> surface_of(const Scene& scene, cv::Mat image,
+                                           std::vector<Disc> hidden = {}) {
   auto rig = std::make_shared<CameraRig>();
   rig->left = scene.camera;
   auto frame = std::make_shared<Frame>();
   frame->rig = rig;
   frame->colour = std::move(image);
+  frame->hidden = std::move(hidden);
   auto window = std::make_shared<Window>();
   window->submap = scene.submap;
   window->images.resize(3);

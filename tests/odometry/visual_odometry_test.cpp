@@ -68,12 +68,13 @@ double position_rms(const Dive& dive, const std::vector<Rigid3>& path, bool scal
   return std::sqrt((moved - truth).colwise().squaredNorm().mean());
 }
 
-std::vector<std::shared_ptr<const Shot>> even_images(int count, std::uint64_t first = 0) {
+std::vector<std::shared_ptr<const Shot>> even_images(int count, std::uint64_t first = 0,
+                                                     double grey = 90) {
   const auto rig = std::make_shared<const CameraRig>(small_rig());
   std::vector<std::shared_ptr<const Shot>> shots;
   for (int i = 0; i < count; ++i) {
     shots.push_back(Ground::shot_of(first + static_cast<std::uint64_t>(i), rig,
-                                    cv::Mat(240, 320, CV_8U, cv::Scalar(90))));
+                                    cv::Mat(240, 320, CV_8U, cv::Scalar(grey))));
   }
   return shots;
 }
@@ -316,6 +317,37 @@ TEST(VisualOdometry, FindsTheGroundAgainAfterSilt) {
   ASSERT_NE(d.alert(AlertKind::tracking_recovered), nullptr);
   EXPECT_EQ(d.alert(AlertKind::tracking_recovered)->image, 8U);
   for (const auto& [image, pose] : d.poses) EXPECT_EQ(pose.submap, 0U) << image;
+}
+
+TEST(VisualOdometry, TellsWhyAnImageIsBlank) {
+  struct Blank {
+    double grey;
+    std::string reason, remedy;
+  };
+  const auto film_before = film(small_rig(), swimming_path(6, 0.12));
+  for (const auto& [grey, reason, remedy] : {Blank{10, "too dark", "check the lamps"},
+                                             Blank{90, "silt or open water", "let silt settle"},
+                                             Blank{250, "over-exposed", "dim the lamps"}}) {
+    const auto blank = even_images(2, 6, grey);
+    auto shots = film_before;
+    shots.insert(shots.end(), blank.begin(), blank.end());
+    for (const Dive& d : {dive(blank), dive(shots)}) {  // before and after there is a map
+      const Alert* alert = d.alert(AlertKind::tracking_lost);
+      ASSERT_NE(alert, nullptr);
+      EXPECT_EQ(alert->image, 6U);
+      EXPECT_NE(alert->message.find("blank image"), std::string::npos);
+      EXPECT_NE(alert->message.find(reason), std::string::npos) << alert->message;
+      EXPECT_NE(alert->remedy.find(remedy), std::string::npos) << alert->remedy;
+    }
+  }
+}
+
+TEST(VisualOdometry, JudgesBlankImagesByTheThresholdsOfWeakOnes) {
+  Config config;
+  config.weak_dark = 100;
+  const Dive d = dive(even_images(2), config);
+  ASSERT_NE(d.alert(AlertKind::tracking_lost), nullptr);
+  EXPECT_NE(d.alert(AlertKind::tracking_lost)->message.find("too dark"), std::string::npos);
 }
 
 std::vector<std::shared_ptr<const Shot>> jump() {

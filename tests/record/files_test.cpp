@@ -386,7 +386,8 @@ TEST(DiveJson, SaysWhatTheDiveIs) {
                                              {"first_image", 0},
                                              {"last_image", 3},
                                              {"joined", nullptr},
-                                             {"uncertain", false}}})));
+                                             {"uncertain", false},
+                                             {"scale", found["scale"]}}})));
   EXPECT_EQ(found["scale"], (json{{"source", "stereo"}, {"sigma", 0.001}}));
   EXPECT_EQ(found["survey_axes"], "attitude");
   EXPECT_NEAR(found["area_m2"].get<double>(), 5 * 100 * 50 * 1e-4, 1e-9);
@@ -407,12 +408,76 @@ TEST(Scale, IsSaidInEveryProductWithSourceAndSigma) {
   }
 }
 
+// The third is measured in the end.
+TEST(DiveJson, TellsTheScaleOfEverySubmapAndRecoveryDoesToo) {
+  const SmallDive small;
+  const ScratchFolder scratch;
+  {
+    Dive dive(scratch / "dive", small.info(), {});
+    for (std::uint32_t i = 0; i < 3; ++i) {
+      const Entry made = small.entry(i);
+      auto orientation = std::make_shared<Orientation>(*made.orientation);
+      auto window = std::make_shared<Window>(*orientation->window);
+      orientation->poses[0].submap = window->submap = i;
+      if (i > 0) window->scale = {};
+      orientation->window = window;
+      ASSERT_TRUE(dive.add({orientation, nullptr, nullptr, nullptr}).empty());
+    }
+    auto revision = std::make_shared<Revision>();
+    revision->scales = {{2, {ScaleSource::laser, 0.02}}};
+    Entry last;
+    last.orientation = std::make_shared<const Orientation>();
+    last.revisions = {revision};
+    ASSERT_TRUE(dive.add(last).empty());
+    ASSERT_TRUE(dive.finish({}).empty());
+  }
+  const auto check = [&] {
+    const json submaps = json::parse(read_text(scratch / "dive/dive.json"))["submaps"];
+    ASSERT_EQ(submaps.size(), 3u) << submaps;
+    EXPECT_EQ(submaps[0]["scale"], (json{{"source", "stereo"}, {"sigma", 0.001}}));
+    EXPECT_EQ(submaps[1]["scale"], (json{{"source", "none"}, {"sigma", nullptr}}));
+    EXPECT_EQ(submaps[2]["scale"], (json{{"source", "laser"}, {"sigma", 0.02}}));
+  };
+  check();
+  std::filesystem::remove(scratch / "dive/dive.json");
+  recover(scratch / "dive");
+  check();
+}
+
+TEST(DiveJson, JoinedSubmapWithoutAScaleOfItsOwnHasThatOfTheMap) {
+  const SmallDive small;
+  const ScratchFolder scratch;
+  Dive dive(scratch / "dive", small.info(), {});
+  for (std::uint32_t i = 0; i < 2; ++i) {
+    const Entry made = small.entry(i);
+    auto orientation = std::make_shared<Orientation>(*made.orientation);
+    auto window = std::make_shared<Window>(*orientation->window);
+    orientation->poses[0].submap = window->submap = i;
+    if (i > 0) window->scale = {};
+    orientation->window = window;
+    ASSERT_TRUE(dive.add({orientation, nullptr, nullptr, nullptr}).empty());
+  }
+  auto revision = std::make_shared<Revision>();
+  revision->joins = {{1, 0}};
+  revision->corrections = {{1, 1, Similarity3{}}};
+  Entry last;
+  last.orientation = std::make_shared<const Orientation>();
+  last.revisions = {revision};
+  ASSERT_TRUE(dive.add(last).empty());
+  ASSERT_TRUE(dive.finish({}).empty());
+  const json found = json::parse(read_text(scratch / "dive/dive.json"));
+  EXPECT_EQ(found["submaps"][1]["scale"], (json{{"source", "stereo"}, {"sigma", 0.001}}));
+  EXPECT_EQ(found["survey_unit"], "metres");
+}
+
 TEST(Unscaled, IsSaidInEveryProduct) {
   SmallDive small;
   small.metric = false;
   const Recorded dive(small);
   EXPECT_TRUE(dive.dive_json()["area_m2"].is_null());
   EXPECT_TRUE(dive.dive_json()["scale"]["sigma"].is_null());
+  EXPECT_EQ(dive.dive_json()["submaps"][0]["scale"],
+            (json{{"source", "none"}, {"sigma", nullptr}}));
   for (const char* name :
        {"dive.json", "trajectory.tum", "trajectory_live.tum", "sparse.ply", "projection3d.ply",
         "mosaic2d/mosaic-000.png.aux.xml", "projected/000003.png"}) {

@@ -49,9 +49,6 @@ std::optional<LaserDots> find_laser_dots(const Frame& frame, const calibration::
 std::vector<Range> ranges_of(const LaserDots& dots, const calibration::Lasers& lasers,
                              const CameraModel& camera);
 
-/// Clears the discs of the dots in a mask (CV_8UC1, of the frame's size).
-void mask_laser_dots(const LaserDots& dots, cv::Mat& mask);
-
 struct LaserEstimate : ScaleMeasure {
   double sigma_of_image = 0;  ///< relative, of one image, from their spread
 };

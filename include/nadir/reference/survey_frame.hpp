@@ -92,6 +92,7 @@ class SurveyFrame {
   Eigen::Quaterniond upright(const Window& initial, const std::optional<Plane>& plane) const;
   void leave_out_attitude();
   void check_attitude(const Orientation& orientation);
+  double turn_since_last(const Frame& frame) const;
   Eigen::Vector3d reckoned_position(const Frame& frame) const;
   Eigen::Quaterniond reckoned_rotation(const Frame& frame) const;
 
