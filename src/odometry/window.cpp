@@ -138,7 +138,8 @@ AdjustmentSummary adjust_window(Map& map, int window, int fixed, const Config& c
   for (std::size_t i = 0; i < a.images.size(); ++i) {
     KeyFrame& key_frame = map.key_frame(images[i]);
     key_frame.depth = median_depth(map, key_frame);
-    if (!a.images[i].fixed) key_frame.rms_px = by_image[i].rms();
+    const bool is_new = key_frame.rms_px == 0;  // the first of all is never free
+    if (is_new || !a.images[i].fixed) key_frame.rms_px = by_image[i].rms();
   }
   return summary;
 }

@@ -26,7 +26,7 @@ struct SmallMap {
       const int index = static_cast<int>(map.points.size());
       const Vector2d ray = *rig.left.unproject(pixel);
       MapPoint point;
-      point.sightings.assign(static_cast<std::size_t>(images), {0, {}, {}});
+      point.sightings.assign(static_cast<std::size_t>(images), {0, ray, {}});
       if (images > 0) point.sightings.back() = {1, ray, {}};
       map.points.push_back(point);
       map.key_frames.back().points.push_back(index);
