@@ -36,6 +36,7 @@ void doubt_lens(const LensFit& lens, const std::string& camera, std::vector<Aler
             (air ? ", as water behind a flat port makes it: the calibration seems made in air"
                  : ""),
         "calibrate under water, with the same port, focus and zoom");
+    if (air) return;  // the rest is wrong with it
   }
   constexpr double kBent_px = 0.3;
   const auto [bent, bent_sigma] = lens.distortion_px;

@@ -154,7 +154,8 @@ void Revisit::State::resize(Revision& out) {
   for (const auto& [map, sum] : sums) {
     if (maps.is_metric(maps.members(map))) continue;  // a pair knows better
     const Similarity3 by{std::exp(sum.log_factor / sum.weight), {}};
-    const Scale scale{sum.source, 1 / std::sqrt(sum.weight)};
+    // A sensor's own error is the same in all of its sub-maps: they know no more than the best one.
+    const Scale scale{sum.source, 1 / std::sqrt(sum.largest)};
     for (Node& n : maps.nodes) {
       if (maps.map_of.at(n.submap) == map) n.corrected_from_camera = by * n.corrected_from_camera;
     }
