@@ -65,35 +65,46 @@ struct Line {
   double scatter = 0;           ///< of y about it, root mean square of what agrees
 };
 
-// Through what agrees.
-std::optional<Line> fit_line(const std::vector<Vector2d>& points) {
-  std::vector<double> weights(points.size(), 1), residuals(points.size());
+// Value = constant + slope (z + tilt . (x, y)), through what agrees. An AHRS mounted askew and
+// drift tilt the map; on a way along a slope nothing tells that from another scale.
+std::optional<Line> fit_line(const std::vector<Vector3d>& positions,
+                             const std::vector<double>& values) {
+  constexpr double kTilt = 0.035;  // 2 degrees, 1 sigma
+  std::vector<double> weights(values.size(), 1), residuals(values.size());
   Line line;
+  double prior = 1e12;  // weight of there being no tilt; at first all of it
   for (int iteration = 0; iteration < 10; ++iteration) {
-    double weight = 0, squares = 0, product = 0, noise = 0;
-    Vector2d mean = Vector2d::Zero();
-    for (std::size_t i = 0; i < points.size(); ++i) {
+    double weight = 0, mean_value = 0, noise = 0;
+    Vector3d mean = Vector3d::Zero();
+    for (std::size_t i = 0; i < values.size(); ++i) {
       weight += weights[i];
-      mean += weights[i] * points[i];
+      mean += weights[i] * positions[i];
+      mean_value += weights[i] * values[i];
     }
-    if (!(weight > 2)) return std::nullopt;
+    if (!(weight > 4)) return std::nullopt;
     mean /= weight;
-    for (std::size_t i = 0; i < points.size(); ++i) {
-      const Vector2d from = points[i] - mean;
-      squares += weights[i] * from.x() * from.x();
-      product += weights[i] * from.x() * from.y();
+    mean_value /= weight;
+    Eigen::Matrix3d information = Vector3d(prior, prior, 0).asDiagonal();
+    Vector3d products = Vector3d::Zero();
+    for (std::size_t i = 0; i < values.size(); ++i) {
+      const Vector3d from = positions[i] - mean;
+      information += weights[i] * from * from.transpose();
+      products += weights[i] * (values[i] - mean_value) * from;
     }
-    if (!(squares > 0)) return std::nullopt;
-    line.slope = product / squares;
-    for (std::size_t i = 0; i < points.size(); ++i) {
-      const Vector2d from = points[i] - mean;
-      residuals[i] = std::abs(from.y() - line.slope * from.x());
+    if (!(information(2, 2) > 0)) return std::nullopt;
+    const Eigen::LDLT<Eigen::Matrix3d> solver(information);
+    const Vector3d slopes = solver.solve(products);
+    for (std::size_t i = 0; i < values.size(); ++i) {
+      residuals[i] = std::abs(values[i] - mean_value - slopes.dot(positions[i] - mean));
       noise += weights[i] * residuals[i] * residuals[i];
     }
-    line.scatter = std::sqrt(noise / (weight - 2));
-    line.sigma = line.scatter * std::sqrt(kAlike / squares);
+    line.slope = slopes.z();
+    line.scatter = std::sqrt(noise / (weight - 4));
+    line.sigma = line.scatter * std::sqrt(kAlike * solver.solve(Vector3d::UnitZ()).z());
+    prior = kAlike * std::pow(std::max(line.scatter, 1e-6) / (kTilt * line.slope), 2);
+    if (!std::isfinite(prior)) return std::nullopt;
     const double spread = std::max(1.4826 * median(residuals), 1e-9);
-    for (std::size_t i = 0; i < points.size(); ++i) {
+    for (std::size_t i = 0; i < values.size(); ++i) {
       weights[i] = agreement_of(residuals[i], spread);
     }
   }
@@ -144,9 +155,9 @@ double range(std::vector<double> values) {
   return values[values.size() - 1 - tenth] - values[tenth];
 }
 
-template <class T>
-std::vector<double> all_of(const std::vector<T>& values, double T::*what) {
-  std::vector<double> taken;
+template <class T, class Value>
+std::vector<Value> all_of(const std::vector<T>& values, Value T::*what) {
+  std::vector<Value> taken;
   taken.reserve(values.size());
   for (const T& value : values) taken.push_back(value.*what);
   return taken;
@@ -269,14 +280,12 @@ std::optional<ScaleMeasure> SensorScale::by_depth(std::uint32_t submap) const {
   const auto known = depths_.find(submap);
   if (depth_fails_) return std::nullopt;
   if (known == depths_.end() || known->second.size() < kMinImages) return std::nullopt;
-  std::vector<Vector2d> points;
-  points.reserve(known->second.size());
-  for (const Depth& d : known->second) points.emplace_back(d.position.z(), d.metres);
-  const auto line = fit_line(points);
+  const auto line =
+      fit_line(all_of(known->second, &Depth::position), all_of(known->second, &Depth::metres));
   if (!line || !(line->slope < 0) || !(line->sigma < kUsefulSigma * -line->slope))
     return std::nullopt;
   return ScaleMeasure{-line->slope, std::hypot(kDepthFloor, line->sigma / -line->slope),
-                      static_cast<std::uint32_t>(points.size())};
+                      static_cast<std::uint32_t>(known->second.size())};
 }
 
 std::optional<SensorFault> SensorScale::altimeter_fault(std::uint32_t submap) const {
@@ -319,18 +328,14 @@ std::optional<SensorFault> SensorScale::depth_fault(std::uint32_t submap) const 
   };
   if (const auto hanging = hanging_of(depths); !hanging.empty()) {
     const double distance = median(all_of(hanging, &Depth::distance));
-    std::vector<Vector3d> positions;
-    positions.reserve(hanging.size());
-    for (const Depth& d : hanging) positions.push_back(d.position);
-    const double moved = range(heave(positions, distance));
+    const double moved = range(heave(all_of(hanging, &Depth::position), distance));
     if (!has_moved(moved, distance, hanging.back().metric, resolution(depths))) return std::nullopt;
     return fault("the same value in " + std::to_string(hanging.size()) +
                  " images, which rose and sank by " + rounded(100 * moved / distance, 0) +
                  " % of their distance to the ground");
   }
-  std::vector<Vector2d> points;
-  for (const Depth& d : just_enough(depths)) points.emplace_back(d.position.z(), d.metres);
-  const auto line = points.empty() ? std::nullopt : fit_line(points);
+  const auto newest = just_enough(depths);
+  const auto line = fit_line(all_of(newest, &Depth::position), all_of(newest, &Depth::metres));
   if (!line || !(line->scatter > kDepthScatter_m) || by_depth(submap)) return std::nullopt;
   return fault("scatters by " + rounded(line->scatter, 1) +
                " m about what the images see of rising and sinking");

@@ -8,6 +8,8 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
+#include <array>
+#include <cstring>
 #include <random>
 #include <sstream>
 
@@ -278,6 +280,62 @@ std::vector<double> numbers_of(const std::string& text) {
   return numbers;
 }
 
+struct Vertex {
+  Eigen::Vector3d x;
+  std::array<std::uint8_t, 3> rgb;
+  std::uint32_t first;  ///< of the properties after the colour
+};
+
+// A cloud of single precision.
+std::vector<Vertex> vertices_of(const path& ply, std::size_t last_properties) {
+  const std::string bytes = read_text(ply), end = "end_header\n";
+  const std::size_t size = 15 + 4 * last_properties;
+  std::vector<Vertex> vertices;
+  for (std::size_t at = bytes.find(end) + end.size(); at + size <= bytes.size(); at += size) {
+    std::array<float, 3> x;
+    Vertex& vertex = vertices.emplace_back();
+    std::memcpy(x.data(), &bytes[at], 12);
+    std::memcpy(vertex.rgb.data(), &bytes[at + 12], 3);
+    std::memcpy(&vertex.first, &bytes[at + 15], 4);
+    vertex.x = Eigen::Vector3f(x[0], x[1], x[2]).cast<double>();
+  }
+  return vertices;
+}
+
+constexpr double kFloatRounding = 1e-6;  // of coordinates below 16 m
+
+const Similarity3& correction_of(std::uint64_t image) {
+  static const auto corrections = two_corrections();
+  return corrections[image < 3 ? 0 : 1].corrected_from_live;
+}
+
+void expect_corrected_surface(const SmallDive& small, const path& ply) {
+  const auto vertices = vertices_of(ply, 1);
+  auto vertex = vertices.begin();
+  for (std::uint64_t image = 0; image < 6; ++image) {
+    for (const CloudPoint& point : small.grid(image).points()) {
+      ASSERT_NE(vertex, vertices.end());
+      EXPECT_EQ(vertex->first, image);
+      EXPECT_LT((vertex->x - correction_of(image) * point.x_in_survey).norm(), kFloatRounding);
+      ++vertex;
+    }
+  }
+  EXPECT_EQ(vertex, vertices.end());
+}
+
+// A tie point is moved with the image whose window told of it last; its number is its blue.
+void expect_corrected_tie_points(const SmallDive& small, const path& ply) {
+  const auto vertices = vertices_of(ply, 2);
+  EXPECT_EQ(vertices.size(), 13u);
+  for (const Vertex& vertex : vertices) {
+    const std::uint64_t id = vertex.rgb[2], last = std::min<std::uint64_t>(id / 2, 5);
+    const TiePoint point = small.window(last)->tie_points.at(id - 2 * last);
+    ASSERT_EQ(point.id, id);
+    EXPECT_EQ(vertex.first, point.images);
+    EXPECT_LT((vertex.x - correction_of(last) * point.x_in_survey).norm(), kFloatRounding) << id;
+  }
+}
+
 TEST(CorrectedDive, HoldsEveryProductWhereItWasCorrectedToAndIsRecoveredSo) {
   const SmallDive small = larger();
   ScratchFolder scratch;
@@ -288,12 +346,11 @@ TEST(CorrectedDive, HoldsEveryProductWhereItWasCorrectedToAndIsRecoveredSo) {
     ASSERT_TRUE(dive.add(last_entry()).empty());
     ASSERT_TRUE(dive.finish({{"images_hz", 2.5}}).empty());
   }
-  const auto corrections = two_corrections();
   std::istringstream poses(read_text(folder / "trajectory.tum"));
   std::string line;
   std::getline(poses, line);
   for (std::uint64_t image = 0; image < 6; ++image) {
-    const Similarity3& by = corrections[image < 3 ? 0 : 1].corrected_from_live;
+    const Similarity3& by = correction_of(image);
     std::getline(poses, line);
     const auto row = numbers_of(line);
     const Rigid3 pose = by * small.pose(image);
@@ -306,6 +363,8 @@ TEST(CorrectedDive, HoldsEveryProductWhereItWasCorrectedToAndIsRecoveredSo) {
     EXPECT_NEAR(world.at(4), corner.x(), 1e-9) << image;
     EXPECT_NEAR(world.at(5), corner.y(), 1e-9) << image;
   }
+  expect_corrected_surface(small, folder / "projection3d.ply");
+  expect_corrected_tie_points(small, folder / "sparse.ply");
   // North up again, for all that the images are turned.
   const auto mosaic = numbers_of(read_text(folder / "mosaic2d/mosaic-000.pgw"));
   EXPECT_EQ(mosaic.at(1), 0);

@@ -75,6 +75,32 @@ TEST(SensorScale, ChangesOfDepthMeasureWithinTheirSigma) {
   EXPECT_FALSE(scale.by_altitude(0));
 }
 
+// By half a degree, as an AHRS is mounted.
+std::optional<ScaleMeasure> by_depth_on_a_tilted_map(double rise, double heave) {
+  FlatGround ground{kRatio};
+  SensorScale scale(0);
+  for (int i = 0; i < 40; ++i) {
+    const double x = 0.3 * i, height = 3 + rise * x + heave * std::sin(0.5 * i);
+    auto image = ground.image(x, height);
+    image.frame->depth = 18 - height + ground.noise(0.01);
+    image.pose.survey_from_camera.translation.z() += 0.01 * x / kRatio;
+    scale.observe(ground.orientation(image));
+  }
+  return scale.by_depth(0);
+}
+
+TEST(SensorScale, DepthsTellHeaveFromTheTiltOfTheMap) {
+  const auto measure = by_depth_on_a_tilted_map(0, 0.3);
+  ASSERT_TRUE(measure);
+  EXPECT_NEAR(measure->ratio, kRatio, 3 * measure->sigma * kRatio);
+  EXPECT_LT(measure->sigma, 0.025);  // 0.01 m of 0.2 m, of 8 independent images; the gauge's slope
+}
+
+// Along a slope of 5 degrees the map is a tenth too high, and nothing shows it.
+TEST(SensorScale, DepthsAlongAnEvenSlopeSayNothing) {
+  EXPECT_FALSE(by_depth_on_a_tilted_map(0.09, 0));
+}
+
 TEST(SensorScale, DepthThatHardlyChangesOrWithoutAVerticalSaysNothing) {
   FlatGround ground{kRatio};
   SensorScale level(0), tilted(0);

@@ -4,8 +4,8 @@
 #include <gtest/gtest.h>
 #include <signal.h>
 
+#include <iomanip>
 #include <opencv2/core/utility.hpp>
-
 #include <thread>
 
 #include "nadir/simulate/write_survey.hpp"
@@ -75,6 +75,21 @@ TEST(Replay, StereoSurveyIsMappedInMetres) {
   EXPECT_EQ(rigid.images, 12u);
   EXPECT_LT(rigid.rmse,
             0.02);  // half-size images: twice the noise of the full ones, on a path of 3 m
+}
+
+TEST(Replay, WindowsOfOtherLengthsMapAsWell) {
+  for (const int window : {3, 10}) {
+    const std::string of = std::to_string(window);
+    const Dive dive = replay(pool(), "window-" + of, "--set odometry.window=" + of);
+    ASSERT_EQ(dive.status, 0) << contents(dive.log);
+    const auto json = dive_json(dive.folder);
+    expect_counts_add_up(json);
+    EXPECT_EQ(json["counts"]["oriented"], 12) << window;
+    EXPECT_EQ(json["scale"]["source"], "stereo") << window;
+    const Fit rigid = fit(dive.folder / "trajectory.tum", pool() / "gt_poses_tum.txt", false);
+    EXPECT_EQ(rigid.images, 12u) << window;
+    EXPECT_LT(rigid.rmse, 0.02) << window;  // as with the default one
+  }
 }
 
 TEST(Replay, MonoSurveyIsMappedUnscaledAndSaysSo) {
@@ -219,6 +234,118 @@ TEST(Replay, LasersGiveASingleCameraItsScale) {
   const Fit free = fit(dive.folder / "trajectory.tum", folder / "gt_poses_tum.txt", true);
   EXPECT_NEAR(free.scale, 1, 3 * sigma);
   EXPECT_FALSE(alerts_of(dive, "scale_conflict"));
+}
+
+// The left images of the pool and what the vehicle knows of its attitude.
+fs::path single_camera(const std::string& name) {
+  fs::path folder = fresh_folder(name);
+  fs::create_directories(folder);
+  fs::copy(pool() / "images" / "left", folder / "images");
+  for (const char* file : {"calib.yml", "timestamps.csv", "ahrs.csv"}) {
+    fs::copy(pool() / file, folder / file);
+  }
+  return folder;
+}
+
+// As good as it says, which is better than useless.
+void expect_scaled_by(const std::string& source, const Dive& dive, const fs::path& survey) {
+  ASSERT_EQ(dive.status, 0) << contents(dive.log);
+  const auto json = dive_json(dive.folder);
+  EXPECT_EQ(json["counts"]["lost"], 0);
+  EXPECT_EQ(json["scale"]["source"], source);
+  EXPECT_EQ(json["survey_unit"], "metres");
+  ASSERT_TRUE(json["scale"]["sigma"].is_number());
+  const double sigma = json["scale"]["sigma"].get<double>();
+  EXPECT_GT(sigma, 0);
+  EXPECT_LT(sigma, 0.05);
+  const Fit free = fit(dive.folder / "trajectory.tum", survey / "gt_poses_tum.txt", true);
+  EXPECT_NEAR(free.scale, 1, 3 * sigma);
+  EXPECT_FALSE(alerts_of(dive, "scale_conflict"));
+}
+
+constexpr double kPoolFloor = -3.4;  // its relief: 8 mm
+
+std::vector<std::vector<std::string>> rows_of(const fs::path& csv) {
+  std::vector<std::vector<std::string>> rows;
+  std::ifstream stream(csv);
+  std::string line, field;
+  std::getline(stream, line);  // the columns' names
+  while (std::getline(stream, line)) {
+    rows.emplace_back();
+    for (std::istringstream fields(line); std::getline(fields, field, ',');) {
+      rows.back().push_back(field);
+    }
+  }
+  return rows;
+}
+
+// Between the centres of the plates farthest apart in an image of the left camera. A plate on a box
+// stands above the surface that is laid through the tie points around it.
+std::string length_between_plates() {
+  std::map<std::string, Eigen::Vector3d> plates;
+  for (const auto& row : rows_of(pool() / "gt_points.csv")) {
+    const Eigen::Vector3d x(std::stod(row.at(1)), std::stod(row.at(2)), std::stod(row.at(3)));
+    if (std::abs(x.z() - kPoolFloor) < 0.02) plates[row.at(0)] = x;
+  }
+  struct Seen {
+    std::string image, plate;
+    Eigen::Vector2d pixel;
+  };
+  std::vector<Seen> seen;
+  for (const auto& row : rows_of(pool() / "gt_observations.csv")) {
+    if (row.at(1) != "left" || !plates.contains(row.at(2))) continue;
+    seen.push_back({row.at(0), row.at(2), {std::stod(row.at(3)), std::stod(row.at(4))}});
+  }
+  double longest = 0;
+  std::ostringstream text;
+  for (const Seen& one : seen) {
+    for (const Seen& other : seen) {
+      const double apart = (one.pixel - other.pixel).norm();
+      if (one.image != other.image || !(apart > longest)) continue;
+      longest = apart;
+      text.str("");
+      text << std::stoi(one.image) << ' ' << one.pixel.transpose() << ' ' << other.pixel.transpose()
+           << ' ' << (plates[one.plate] - plates[other.plate]).norm();
+    }
+  }
+  return text.str();
+}
+
+TEST(Replay, KnownLengthGivesASingleCameraItsScale) {
+  const Dive dive = replay(single_camera("plates"), "typed",
+                           "--set reference.known_length=\"" + length_between_plates() + '"');
+  expect_scaled_by("typed", dive, pool());
+}
+
+// What a sensor says around each image, to the millimetre.
+template <class Says>
+void write_log(const fs::path& file, const fs::path& survey, Says says) {
+  std::ofstream log(file);
+  log << "seconds," << file.stem().string() << '\n' << std::fixed << std::setprecision(3);
+  for (const auto& [ms, pose] : poses(survey / "gt_poses_tum.txt")) {
+    for (const long at : {ms - 100, ms + 100}) {
+      log << 1e-3 * static_cast<double>(at) << ',' << says(pose) << '\n';
+    }
+  }
+}
+
+TEST(Replay, AltimeterGivesASingleCameraItsScale) {
+  const fs::path folder = single_camera("altimeter");
+  write_log(folder / "altitude.csv", pool(), [](const Eigen::Isometry3d& pose) {
+    const Eigen::Vector3d beam = pose.linear().col(2);
+    return (kPoolFloor - pose.translation().z()) / beam.z();
+  });
+  expect_scaled_by("altitude", replay(folder, "altitude"), pool());
+}
+
+// Of the 0.4 m that the reef rises and falls, the simulated gauge's noise of 10 mm leaves too
+// little: here is a better gauge.
+TEST(Replay, ChangesOfDepthGiveASingleCameraItsScale) {
+  const fs::path folder = fresh_folder("gauge");
+  fs::copy(reef(), folder, fs::copy_options::recursive);
+  write_log(folder / "depth.csv", reef(),
+            [](const Eigen::Isometry3d& pose) { return -pose.translation().z(); });
+  expect_scaled_by("depth", replay(folder, "depth"), reef());
 }
 
 TEST(Replay, LasersThatContradictThePairRaiseScaleConflict) {

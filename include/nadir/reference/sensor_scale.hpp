@@ -35,7 +35,8 @@ class SensorScale {
   /// None before five images of the sub-map told of it, while its noise leaves the scale less than
   /// known to a twentieth, and for an altimeter that has told nothing but one value in all images.
   std::optional<ScaleMeasure> by_altitude(std::uint32_t submap) const;
-  /// None before the depth changed so much that the scale is known to a twentieth.
+  /// None before the depth changed so much that the scale is known to a twentieth, by more than the
+  /// map's tilt of some degrees can explain.
   std::optional<ScaleMeasure> by_depth(std::uint32_t submap) const;
 
   /// After observe(): of the altimeter or the depth gauge that hangs while the images move towards
