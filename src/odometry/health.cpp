@@ -76,4 +76,19 @@ void count(Health& health, const Map& map, int key_frame, const Config& config) 
   seen.judge(map.key_frame(key_frame).rms_px, config, health);
 }
 
+void tell(const Health& health, const View& view, Orientation& out) {
+  if (out.shot && out.shot->image == view.frame->image) {
+    out.health = health;
+  } else {
+    out.later_health.push_back({view.frame->image, health});
+  }
+}
+
+void tell_health(const Map& map, int key_frame, const Config& config, Orientation& out) {
+  const View& view = *map.key_frame(key_frame).view;
+  Health health = health_of(view, config);
+  count(health, map, key_frame, config);
+  tell(health, view, out);
+}
+
 }  // namespace nadir::odometry

@@ -16,4 +16,10 @@ void count(Health& health, const Map& map, const Resection& resection, const Con
 /// Adds those of a key frame.
 void count(Health& health, const Map& map, int key_frame, const Config& config);
 
+/// Of the shot's own image or one before it.
+void tell(const Health& health, const View& view, Orientation& out);
+
+/// Of a key frame that has its view.
+void tell_health(const Map& map, int key_frame, const Config& config, Orientation& out);
+
 }  // namespace nadir::odometry

@@ -155,6 +155,10 @@ void PosedImages::State::add(const std::shared_ptr<const View>& view, const Rese
   const bool whole = images >= kFewest;
   if (!placed && whole) place(images, summary);
   publish_key_frames(images, out);
+  constexpr int kFirstPair = 2;  // at their own moment they had no tie points yet
+  for (int k = all - kFirstPair; connected == kFirstPair && k < all; ++k) {
+    tell_health(map, k, config, out);
+  }
   if (placed && whole) {
     check_scale(images, out);
     publish_window(images, summary, out);

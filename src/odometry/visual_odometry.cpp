@@ -51,15 +51,6 @@ ImagePose pose_of(const Map& map, const Frame& frame, const Resection& resection
           resection.sigma_rotation};
 }
 
-// Of the shot's own image or one before it.
-void tell(const Health& health, const View& view, Orientation& out) {
-  if (out.shot && out.shot->image == view.frame->image) {
-    out.health = health;
-  } else {
-    out.later_health.push_back({view.frame->image, health});
-  }
-}
-
 }  // namespace
 
 /// The state machine of paper 3.2:
@@ -242,12 +233,7 @@ bool VisualOdometry::State::start(Orientation& out) {
   for (const KeyFrame& k : map->key_frames) track.push_back({k.time, k.camera_from_map});
   track.erase(track.begin(), track.end() - 2);
   for (const KeyFrame& k : map->key_frames) out.poses.push_back(pose_of(*map, k));
-  for (int k = 0; k < images; ++k) {
-    const View& view = *key_images[static_cast<std::size_t>(k)];
-    Health health = health_of(view, config);
-    count(health, *map, k, config);
-    tell(health, view, out);
-  }
+  for (int k = 0; k < images; ++k) tell_health(*map, k, config, out);
   publish_window(summary, images, out);
   orient_waiting(out);
   alerted = false;

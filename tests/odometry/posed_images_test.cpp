@@ -18,12 +18,15 @@ using Shots = std::vector<std::shared_ptr<const Shot>>;
 
 struct Dive {
   std::map<std::uint64_t, ImagePose> poses;
+  std::map<std::uint64_t, Health> health;
   std::multiset<std::uint64_t> lost;
   std::vector<Alert> alerts;
   std::vector<std::shared_ptr<const Window>> windows;
 
   void take(const Orientation& o) {
     for (const ImagePose& p : o.poses) poses[p.image] = p;
+    if (o.shot) health[o.shot->image] = o.health;
+    for (const ImageHealth& later : o.later_health) health[later.image] = later.health;
     lost.insert(o.lost.begin(), o.lost.end());
     alerts.insert(alerts.end(), o.alerts.begin(), o.alerts.end());
     if (o.window) windows.push_back(o.window);
@@ -122,6 +125,18 @@ TEST(PosedImages, KeepTheirPosesAndFindTheGround) {
   EXPECT_EQ(last.scale.source, ScaleSource::poses);
   EXPECT_EQ(last.axes, SurveyAxes::poses);
   EXPECT_EQ(last.central->image, last.central_pose().image);
+}
+
+// The first two, too, of which nothing was known at their own moment.
+TEST(PosedImages, TellTheirTiePoints) {
+  const auto path = swimming_path(6);
+  const Dive found = dive(film(small_rig(), path), in_survey(path));
+  for (std::uint64_t image = 0; image < path.size(); ++image) {
+    const Health& health = found.health.at(image);
+    EXPECT_GE(health.tie_points, 40u) << image;
+    EXPECT_GE(health.tracked_length, 2) << image;
+    EXPECT_GT(health.rms_px, 0) << image;
+  }
 }
 
 TEST(PosedImages, OfAVideoAreNotAllKeyFrames) {
