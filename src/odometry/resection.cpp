@@ -10,7 +10,6 @@
 
 #include "matching.hpp"
 #include "nadir/odometry/bundle_adjustment.hpp"
-#include "pose_covariance.hpp"
 #include "relative_orientation.hpp"
 #include "sighting.hpp"
 #include "triangulation.hpp"
@@ -224,18 +223,6 @@ std::optional<Resection> measure(const Map& map, const View& view, const Rigid3&
   return result;
 }
 
-void estimate_sigmas(const Map& map, Resection& resection) {
-  Adjustment a = pose_only(map, resection.camera_from_map, resection.seen);
-  a.images.push_back({map.last().camera_from_map, true});
-  constexpr double kRobust_px = 1;
-  if (!adjust(a, *map.rig, {kRobust_px, 2, 1e-5}).usable) return;
-  const auto covariance = PoseCovariance::of(a, *map.rig, kRobust_px);
-  if (!covariance) return;
-  const Sigmas sigmas = sigmas_of(covariance->relative(a, 1, 0));
-  resection.sigma_position = sigmas.position;
-  resection.sigma_rotation = sigmas.rotation;
-}
-
 // Other ground may look alike in a part of the image: the farther a pose is from the predicted one,
 // the more of what it should see must be seen. Poses of one piece see half and more even there.
 double share_needed(const Map& map, const Resection& r, const std::optional<Rigid3>& predicted,
@@ -270,11 +257,19 @@ std::optional<Resection> sharpen(const Map& map, const View& view, const Rough& 
   auto again = measure(map, view, result->camera_from_map, 2, config.tie_points);
   if (!again || !acceptable(*again, rough, share_needed(map, *again, predicted, effort)))
     return std::nullopt;
-  estimate_sigmas(map, *again);
   return again;
 }
 
 }  // namespace
+
+Sigmas sigmas_of(const Map& map, const Resection& resection) {
+  Adjustment a = pose_only(map, resection.camera_from_map, resection.seen);
+  a.images.push_back({map.last().camera_from_map, true});
+  constexpr double kRobust_px = 1;
+  if (!adjust(a, *map.rig, {kRobust_px, 2, 1e-5}).usable) return {};
+  const auto covariance = PoseCovariance::of(a, *map.rig, kRobust_px);
+  return covariance ? sigmas_of(covariance->relative(a, 1, 0)) : Sigmas{};
+}
 
 bool is_blank(const View& view) { return view.features.size() < kMinFeatures; }
 

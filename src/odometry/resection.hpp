@@ -10,6 +10,7 @@
 #include "map.hpp"
 #include "nadir/odometry/correspondence.hpp"
 #include "nadir/odometry/visual_odometry.hpp"
+#include "pose_covariance.hpp"
 
 namespace nadir::odometry {
 
@@ -23,8 +24,6 @@ struct Resection {
   std::vector<Seen> seen;
   int expected = 0;  ///< tie points that should have been visible
   double rms_px = 0;
-  // 1 sigma, of the tie points as they are: relative to the key frames that see them. 0: unknown.
-  double sigma_position = 0, sigma_rotation = 0;
 };
 
 struct ResectionResult {
@@ -39,6 +38,10 @@ enum class Effort { quick, thorough };
 ResectionResult resect(const Map& map, const View& view, std::optional<Rigid3> predicted,
                        std::span<const int> references, const Config& config,
                        Effort effort = Effort::quick);
+
+/// Of the pose, the tie points being as they are: relative to the key frames that see them. Zero
+/// when unknown.
+Sigmas sigmas_of(const Map& map, const Resection& resection);
 
 /// An image in which nothing can be measured.
 bool is_blank(const View& view);

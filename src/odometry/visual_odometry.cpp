@@ -40,6 +40,7 @@ void append(Settled& all, Settled more) {
 
 // Of an image that is no key frame.
 ImagePose pose_of(const Map& map, const Frame& frame, const Resection& resection) {
+  const Sigmas sigmas = sigmas_of(map, resection);
   return {frame.image,
           frame.time,
           map.submap,
@@ -47,8 +48,8 @@ ImagePose pose_of(const Map& map, const Frame& frame, const Resection& resection
           false,
           static_cast<std::uint32_t>(resection.seen.size()),
           resection.rms_px,
-          resection.sigma_position,
-          resection.sigma_rotation};
+          sigmas.position,
+          sigmas.rotation};
 }
 
 }  // namespace

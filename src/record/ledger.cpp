@@ -132,8 +132,9 @@ void take_from_roots(Ledger& ledger) {
   for (const auto& [submap, to] : ledger.joined) {
     const std::uint32_t root = root_of(to, ledger);
     if (!uncertain.contains(root)) ledger.uncertain.erase(submap);
-    Scale& scale = ledger.scales[submap];
-    if (scale.source == ScaleSource::none) scale = ledger.scales[root];
+    const auto own = ledger.scales.find(submap), of_root = ledger.scales.find(root);
+    if (own == ledger.scales.end() || of_root == ledger.scales.end()) continue;
+    if (own->second.source == ScaleSource::none) own->second = of_root->second;
   }
 }
 

@@ -168,8 +168,8 @@ TEST(ProjectImage, IsBilinear) {
     }
   }
   EXPECT_GT(count, 3 * 50000);
-  EXPECT_NEAR(sum / count, 0,
-              0.06);  // halves are rounded up; cut instead, it would be -0.1 or less
+  // Halves are rounded up; cut instead, it would be -0.1 or less.
+  EXPECT_NEAR(sum / count, 0, 0.06);
 }
 
 TEST(ProjectImage, TwoImagesOfOnePlaneAgree) {

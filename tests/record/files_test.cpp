@@ -408,29 +408,32 @@ TEST(Scale, IsSaidInEveryProductWithSourceAndSigma) {
   }
 }
 
+// Sub-maps of an image each, of which the first has a scale; then what the revision says.
+void record_submaps(const std::filesystem::path& folder, int count, Revision revision) {
+  const SmallDive small;
+  Dive dive(folder, small.info(), {});
+  for (int i = 0; i < count; ++i) {
+    const Entry made = small.entry(static_cast<std::uint64_t>(i));
+    auto orientation = std::make_shared<Orientation>(*made.orientation);
+    auto window = std::make_shared<Window>(*orientation->window);
+    orientation->poses[0].submap = window->submap = static_cast<std::uint32_t>(i);
+    if (i > 0) window->scale = {};
+    orientation->window = window;
+    ASSERT_TRUE(dive.add({orientation, nullptr, nullptr, nullptr}).empty());
+  }
+  Entry last;
+  last.orientation = std::make_shared<const Orientation>();
+  last.revisions = {std::make_shared<const Revision>(std::move(revision))};
+  ASSERT_TRUE(dive.add(last).empty());
+  ASSERT_TRUE(dive.finish({}).empty());
+}
+
 // The third is measured in the end.
 TEST(DiveJson, TellsTheScaleOfEverySubmapAndRecoveryDoesToo) {
-  const SmallDive small;
   const ScratchFolder scratch;
-  {
-    Dive dive(scratch / "dive", small.info(), {});
-    for (std::uint32_t i = 0; i < 3; ++i) {
-      const Entry made = small.entry(i);
-      auto orientation = std::make_shared<Orientation>(*made.orientation);
-      auto window = std::make_shared<Window>(*orientation->window);
-      orientation->poses[0].submap = window->submap = i;
-      if (i > 0) window->scale = {};
-      orientation->window = window;
-      ASSERT_TRUE(dive.add({orientation, nullptr, nullptr, nullptr}).empty());
-    }
-    auto revision = std::make_shared<Revision>();
-    revision->scales = {{2, {ScaleSource::laser, 0.02}}};
-    Entry last;
-    last.orientation = std::make_shared<const Orientation>();
-    last.revisions = {revision};
-    ASSERT_TRUE(dive.add(last).empty());
-    ASSERT_TRUE(dive.finish({}).empty());
-  }
+  Revision revision;
+  revision.scales = {{2, {ScaleSource::laser, 0.02}}};
+  record_submaps(scratch / "dive", 3, revision);
   const auto check = [&] {
     const json submaps = json::parse(read_text(scratch / "dive/dive.json"))["submaps"];
     ASSERT_EQ(submaps.size(), 3u) << submaps;
@@ -445,26 +448,11 @@ TEST(DiveJson, TellsTheScaleOfEverySubmapAndRecoveryDoesToo) {
 }
 
 TEST(DiveJson, JoinedSubmapWithoutAScaleOfItsOwnHasThatOfTheMap) {
-  const SmallDive small;
   const ScratchFolder scratch;
-  Dive dive(scratch / "dive", small.info(), {});
-  for (std::uint32_t i = 0; i < 2; ++i) {
-    const Entry made = small.entry(i);
-    auto orientation = std::make_shared<Orientation>(*made.orientation);
-    auto window = std::make_shared<Window>(*orientation->window);
-    orientation->poses[0].submap = window->submap = i;
-    if (i > 0) window->scale = {};
-    orientation->window = window;
-    ASSERT_TRUE(dive.add({orientation, nullptr, nullptr, nullptr}).empty());
-  }
-  auto revision = std::make_shared<Revision>();
-  revision->joins = {{1, 0}};
-  revision->corrections = {{1, 1, Similarity3{}}};
-  Entry last;
-  last.orientation = std::make_shared<const Orientation>();
-  last.revisions = {revision};
-  ASSERT_TRUE(dive.add(last).empty());
-  ASSERT_TRUE(dive.finish({}).empty());
+  Revision revision;
+  revision.joins = {{1, 0}};
+  revision.corrections = {{1, 1, Similarity3{}}};
+  record_submaps(scratch / "dive", 2, revision);
   const json found = json::parse(read_text(scratch / "dive/dive.json"));
   EXPECT_EQ(found["submaps"][1]["scale"], (json{{"source", "stereo"}, {"sigma", 0.001}}));
   EXPECT_EQ(found["survey_unit"], "metres");

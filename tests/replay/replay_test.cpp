@@ -265,20 +265,6 @@ void expect_scaled_by(const std::string& source, const Dive& dive, const fs::pat
 
 constexpr double kPoolFloor = -3.4;  // its relief: 8 mm
 
-std::vector<std::vector<std::string>> rows_of(const fs::path& csv) {
-  std::vector<std::vector<std::string>> rows;
-  std::ifstream stream(csv);
-  std::string line, field;
-  std::getline(stream, line);  // the columns' names
-  while (std::getline(stream, line)) {
-    rows.emplace_back();
-    for (std::istringstream fields(line); std::getline(fields, field, ',');) {
-      rows.back().push_back(field);
-    }
-  }
-  return rows;
-}
-
 // Between the centres of the plates farthest apart in an image of the left camera. A plate on a box
 // stands above the surface that is laid through the tie points around it.
 std::string length_between_plates() {

@@ -46,18 +46,6 @@ std::optional<Dive> dive_of(const std::string& sequence) {
   return dive;
 }
 
-std::vector<std::vector<std::string>> rows(const fs::path& file) {
-  std::vector<std::vector<std::string>> all;
-  std::ifstream stream(file);
-  for (std::string line; std::getline(stream, line);) {
-    std::istringstream text(line);
-    std::vector<std::string> fields;
-    for (std::string field; std::getline(text, field, ',');) fields.push_back(field);
-    all.push_back(fields);
-  }
-  return all;
-}
-
 int longest_submap(const nlohmann::json& dive) {
   int longest = 0;
   for (const auto& submap : dive["submaps"]) {
@@ -69,14 +57,8 @@ int longest_submap(const nlohmann::json& dive) {
 
 int oriented_in_submaps_of_five(const Dive& dive) {
   std::map<std::string, int> oriented;
-  std::istringstream table(contents(dive.folder / "health.csv"));
-  std::string line;
-  std::getline(table, line);
-  while (std::getline(table, line)) {
-    std::istringstream fields(line);
-    std::vector<std::string> field;
-    for (std::string text; std::getline(fields, text, ',');) field.push_back(text);
-    if (field.at(4) == "1") ++oriented[field.at(5)];
+  for (const auto& row : rows_of(dive.folder / "health.csv")) {
+    if (row.at(4) == "1") ++oriented[row.at(5)];
   }
   int sum = 0;
   for (const auto& [submap, count] : oriented) sum += count >= 5 ? count : 0;
@@ -149,8 +131,8 @@ TEST_P(RenderedSequence, KnowsHowWellItKnowsEachStep) {
   const auto exact = poses(dive->survey / "gt_poses_tum.txt");
   const double scale = GetParam().scale == "none" ? 1 / fit_of(*dive, true).scale : 1;
   std::map<long, std::pair<double, double>> sigmas;  // position and rotation, by time
-  for (const auto& row : rows(dive->folder / "health.csv")) {
-    if (row.at(0) == "image" || row.at(15).empty()) continue;
+  for (const auto& row : rows_of(dive->folder / "health.csv")) {
+    if (row.at(15).empty()) continue;
     sigmas[std::lround(1000 * std::stod(row[2]))] = {std::stod(row[15]), std::stod(row[16])};
   }
   int steps = 0, position_within = 0, rotation_within = 0;
@@ -309,13 +291,13 @@ TEST(PoolTargets, LieWithinTwoCentimetresThroughTheWorldFiles) {
   if (!dive) return;
   const Eigen::Matrix4d alignment = survey_from_truth(*dive);
   std::map<std::string, Eigen::Vector3d> targets;
-  for (const auto& row : rows(dive->survey / "gt_points.csv")) {
+  for (const auto& row : rows_of(dive->survey / "gt_points.csv")) {
     if (row.at(3) == "-3.188000")
       targets[row[0]] = {std::stod(row[1]), std::stod(row[2]), std::stod(row[3])};
   }
   int found = 0;
   double worst = 0;
-  for (const auto& row : rows(dive->survey / "gt_observations.csv")) {
+  for (const auto& row : rows_of(dive->survey / "gt_observations.csv")) {
     const auto target = targets.find(row.at(2));
     const fs::path image = dive->folder / "projected" / (row[0] + ".png");
     if (row[1] != "left" || target == targets.end() || !fs::exists(image)) continue;

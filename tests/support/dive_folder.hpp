@@ -46,16 +46,19 @@ inline nlohmann::json dive_json(const fs::path& dive) {
   return nlohmann::json::parse(contents(dive / "dive.json"));
 }
 
-/// Positions of a TUM trajectory by time in milliseconds.
-inline std::map<long, Eigen::Vector3d> positions(const fs::path& tum) {
-  std::map<long, Eigen::Vector3d> found;
-  std::ifstream stream(tum);
-  for (std::string line; std::getline(stream, line);) {
-    double t = 0, x = 0, y = 0, z = 0;
-    if (line.starts_with('#') || !(std::istringstream(line) >> t >> x >> y >> z)) continue;
-    found[std::lround(1000 * t)] = {x, y, z};
+/// Fields of a table's lines; the first, with the columns' names, is left out.
+inline std::vector<std::vector<std::string>> rows_of(const fs::path& csv) {
+  std::vector<std::vector<std::string>> rows;
+  std::ifstream stream(csv);
+  std::string line, field;
+  std::getline(stream, line);  // the columns' names
+  while (std::getline(stream, line)) {
+    rows.emplace_back();
+    for (std::istringstream fields(line); std::getline(fields, field, ',');) {
+      rows.back().push_back(field);
+    }
   }
-  return found;
+  return rows;
 }
 
 /// Poses of a TUM trajectory by time in milliseconds.
@@ -72,6 +75,12 @@ inline std::map<long, Eigen::Isometry3d> poses(const fs::path& tum) {
       continue;
     found[std::lround(1000 * t)] = Eigen::Translation3d(x) * q.normalized();
   }
+  return found;
+}
+
+inline std::map<long, Eigen::Vector3d> positions(const fs::path& tum) {
+  std::map<long, Eigen::Vector3d> found;
+  for (const auto& [time, pose] : poses(tum)) found[time] = pose.translation();
   return found;
 }
 
