@@ -116,4 +116,24 @@ std::string_view to_string(ScaleSource source) {
   return "unknown";
 }
 
+std::string_view in_words(ScaleSource source) {
+  switch (source) {
+    case ScaleSource::none:
+      return "nothing";
+    case ScaleSource::stereo:
+      return "the pair of cameras";
+    case ScaleSource::laser:
+      return "the lasers";
+    case ScaleSource::typed:
+      return "the known length";
+    case ScaleSource::altitude:
+      return "the altimeter";
+    case ScaleSource::depth:
+      return "changes of depth";
+    case ScaleSource::poses:
+      return "the given poses";
+  }
+  return "unknown";
+}
+
 }  // namespace nadir

@@ -16,11 +16,11 @@ namespace {
 
 using Bytes = std::vector<std::uint8_t>;
 
-Bytes fast(const cv::Mat& image, std::string_view description) {
+Bytes fast(const cv::Mat& image) {
   thread_local PngStream stream;  // both keep their memory for the thread's next image
   thread_local Bytes file;
   file.clear();
-  stream.start(image.cols, image.rows, image.type(), description, PngEffort::fast,
+  stream.start(image.cols, image.rows, image.type(), PngEffort::fast,
                [](std::span<const std::uint8_t> piece) {
                  file.insert(file.end(), piece.begin(), piece.end());
                  return true;
@@ -55,9 +55,9 @@ Bytes compressed(const Bytes& data) {
   return result;
 }
 
-Bytes small(const cv::Mat& image, std::string_view description) {
+Bytes small(const cv::Mat& image) {
   const Bytes pixels = compressed(filtered(image));
-  Bytes file = png_head(image.cols, image.rows, image.type(), description);
+  Bytes file = png_head(image.cols, image.rows, image.type());
   file.reserve(file.size() + pixels.size() + 64);
   append_chunk(file, "IDAT", pixels);
   append_chunk(file, "IEND", {});
@@ -66,14 +66,13 @@ Bytes small(const cv::Mat& image, std::string_view description) {
 
 }  // namespace
 
-std::vector<std::uint8_t> encode_png(const cv::Mat& image, PngEffort effort,
-                                     std::string_view description) {
+std::vector<std::uint8_t> encode_png(const cv::Mat& image, PngEffort effort) {
   const int type = image.type();
   NADIR_CHECK(type == CV_8UC1 || type == CV_8UC3 || type == CV_8UC4 || type == CV_16UC1, type);
   constexpr std::size_t kLargestChunk = 0x7fffffff;
   NADIR_CHECK(!image.empty() && image.total() * image.elemSize() < kLargestChunk / 2, image.cols,
               image.rows);
-  return effort == PngEffort::fast ? fast(image, description) : small(image, description);
+  return effort == PngEffort::fast ? fast(image) : small(image);
 }
 
 }  // namespace nadir::image_io

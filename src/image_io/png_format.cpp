@@ -32,15 +32,6 @@ Bytes header(int width, int height, int type) {
   return data;
 }
 
-// PNG 11.3.4.3: a registered keyword, a zero, the text.
-Bytes text(std::string_view description) {
-  constexpr std::string_view kKeyword = "Description";
-  Bytes data(kKeyword.begin(), kKeyword.end());
-  data.push_back(0);
-  data.insert(data.end(), description.begin(), description.end());
-  return data;
-}
-
 }  // namespace
 
 void append_chunk(Bytes& file, std::string_view type, std::span<const std::uint8_t> data) {
@@ -51,10 +42,9 @@ void append_chunk(Bytes& file, std::string_view type, std::span<const std::uint8
   append_uint32(file, crc32_gzip_refl(0, file.data() + start, file.size() - start));
 }
 
-Bytes png_head(int width, int height, int type, std::string_view description) {
+Bytes png_head(int width, int height, int type) {
   Bytes head{0x89, 'P', 'N', 'G', '\r', '\n', 0x1a, '\n'};
   append_chunk(head, "IHDR", header(width, height, type));
-  if (!description.empty()) append_chunk(head, "tEXt", text(description));
   return head;
 }
 

@@ -14,8 +14,7 @@ namespace nadir::image_io {
 void append_chunk(std::vector<std::uint8_t>& file, std::string_view type,
                   std::span<const std::uint8_t> data);
 
-/// What comes before the pixels: signature, IHDR and, when the description (Latin-1) is not empty,
-/// tEXt. type: CV_8UC1, CV_8UC3, CV_8UC4 or CV_16UC1.
-std::vector<std::uint8_t> png_head(int width, int height, int type, std::string_view description);
+/// What comes before the pixels: signature and IHDR. type: CV_8UC1, CV_8UC3, CV_8UC4 or CV_16UC1.
+std::vector<std::uint8_t> png_head(int width, int height, int type);
 
 }  // namespace nadir::image_io

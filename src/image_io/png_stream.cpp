@@ -27,8 +27,7 @@ constexpr std::size_t kFirstBytes = 4;
 
 }  // namespace
 
-void PngStream::start(int width, int height, int type, std::string_view description,
-                      PngEffort effort, PngWriter::Sink sink) {
+void PngStream::start(int width, int height, int type, PngEffort effort, PngWriter::Sink sink) {
   sink_ = std::move(sink);
   failed_ = false;
   const std::size_t row_size = 1 + static_cast<std::size_t>(width) * CV_ELEM_SIZE(type);
@@ -43,7 +42,7 @@ void PngStream::start(int width, int height, int type, std::string_view descript
   stream.level_buf_size = stream.level == 1 ? ISAL_DEF_LVL1_MEDIUM : ISAL_DEF_LVL2_MEDIUM;
   stream.next_out = compressor_->out.data();
   stream.avail_out = kChunk;
-  send(png_head(width, height, type, description));
+  send(png_head(width, height, type));
 }
 
 bool PngStream::rows(const cv::Mat& rows) {

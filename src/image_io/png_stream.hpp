@@ -8,7 +8,6 @@
 
 #include <array>
 #include <memory>
-#include <string_view>
 
 #include "nadir/image_io/encode.hpp"
 #include "png_rows.hpp"
@@ -18,8 +17,7 @@ namespace nadir::image_io {
 class PngStream {
  public:
   /// Begins a file, whatever became of the one before. The sink is used until finish() returns.
-  void start(int width, int height, int type, std::string_view description, PngEffort effort,
-             PngWriter::Sink sink);
+  void start(int width, int height, int type, PngEffort effort, PngWriter::Sink sink);
   /// The next rows from the top, of the width and type given; false once the sink failed.
   [[nodiscard]] bool rows(const cv::Mat& rows);
   /// False when the sink failed at any time.

@@ -22,7 +22,7 @@ PngWriter::PngWriter(int width, int height, int channels, Sink sink, PngEffort e
   s.width = width;
   s.height = height;
   s.type = CV_MAKETYPE(bits == 16 ? CV_16U : CV_8U, channels);
-  s.stream.start(width, height, s.type, {}, effort, std::move(sink));
+  s.stream.start(width, height, s.type, effort, std::move(sink));
 }
 
 PngWriter::~PngWriter() = default;

@@ -59,8 +59,7 @@ Health health_of(const View& view, const Config& config) {
 void count(Health& health, const Map& map, const Resection& resection, const Config& config) {
   TiePoints seen(map.rig->left);
   for (const Seen& s : resection.seen) seen.add(s.pixel, map.point(s.point).sightings.size() + 1);
-  // Nothing was expected of the first image whose pose was given.
-  if (resection.expected > 0) seen.judge(resection.rms_px, config, health);
+  seen.judge(resection.rms_px, config, health);
 }
 
 void count(Health& health, const Map& map, int key_frame, const Config& config) {

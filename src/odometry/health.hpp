@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: nadir contributors
 // SPDX-License-Identifier: Apache-2.0
-// How good an image and its orientation are, for health.csv and the page.
+// How good an image and its orientation are, for health.csv.
 #pragma once
 
 #include "resection.hpp"
@@ -10,7 +10,7 @@ namespace nadir::odometry {
 /// Of the picture.
 Health health_of(const View& view, const Config& config);
 
-/// Adds the image's tie points.
+/// Adds the image's tie points, none for an image that shows none of the map.
 void count(Health& health, const Map& map, const Resection& resection, const Config& config);
 
 /// Adds those of a key frame.

@@ -69,6 +69,11 @@ Sigmas sigmas_of(const PoseCovariance::Matrix6& relative) {
           kSharedErrors * std::sqrt(relative.topLeftCorner<3, 3>().trace())};
 }
 
+PoseCovariance::Matrix6 PoseCovariance::of_image(int image) const {
+  const int column = column_of_[static_cast<std::size_t>(image)];
+  return column < 0 ? Matrix6(Matrix6::Zero()) : Matrix6(covariance_.block<6, 6>(column, column));
+}
+
 PoseCovariance::Matrix6 PoseCovariance::relative(const Adjustment& a, int first, int second) const {
   const auto pose = [&](int image) -> const Rigid3& {
     return a.images[static_cast<std::size_t>(image)].camera_from_map;
@@ -77,9 +82,7 @@ PoseCovariance::Matrix6 PoseCovariance::relative(const Adjustment& a, int first,
   const int other = column_of_[static_cast<std::size_t>(second)];
   // A small change of the first, seen from the second.
   const Matrix6 back = adjoint(pose(second) * pose(first).inverse());
-  Matrix6 result = Matrix6::Zero();
-  if (one >= 0) result += back * covariance_.block<6, 6>(one, one) * back.transpose();
-  if (other >= 0) result += covariance_.block<6, 6>(other, other);
+  Matrix6 result = back * of_image(first) * back.transpose() + of_image(second);
   if (one >= 0 && other >= 0) {
     const Matrix6 cross = back * covariance_.block<6, 6>(one, other);
     result -= cross + cross.transpose();

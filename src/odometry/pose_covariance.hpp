@@ -20,6 +20,10 @@ class PoseCovariance {
   static std::optional<PoseCovariance> of(const Adjustment& adjusted, const CameraRig& rig,
                                           double robust_px);
 
+  /// Of camera_from_map's (rotation vector, translation), both small and applied from the left;
+  /// zero for a fixed image.
+  Matrix6 of_image(int image) const;
+
   /// Of second_from_first's (rotation vector, translation), both small and applied from the left.
   /// Fixed images are taken as exact.
   Matrix6 relative(const Adjustment& adjusted, int first, int second) const;

@@ -106,9 +106,10 @@ void PosedImages::State::process(const std::shared_ptr<const View>& view, Orient
     map.rig = std::make_shared<const CameraRig>(left);
   }
   const Rigid3 pose = (survey_from_given * *poses.map_from_camera[frame.image]).inverse();
-  if (is_blank(*view)) return publish(own_pose(frame, {pose, {}, 0, 0}), out);
-  const Resection here = measure_at(map, *view, pose, config);
+  const bool blank = is_blank(*view);
+  const Resection here = blank ? Resection{pose, {}, 0, 0} : measure_at(map, *view, pose, config);
   count(out.health, map, here, config);
+  if (blank) return publish(own_pose(frame, here), out);
   if (brings_new_ground(*view, here)) return add(view, here, out);
   publish(own_pose(frame, here), out);
 }
@@ -155,10 +156,11 @@ void PosedImages::State::add(const std::shared_ptr<const View>& view, const Rese
   const bool whole = images >= kFewest;
   if (!placed && whole) place(images, summary);
   publish_key_frames(images, out);
-  constexpr int kFirstPair = 2;  // at their own moment they had no tie points yet
-  for (int k = all - kFirstPair; connected == kFirstPair && k < all; ++k) {
-    tell_health(map, k, config, out);
-  }
+  // Before, the first two had no tie points yet, and one that corners connect only those tracked.
+  constexpr int kFirstPair = 2;
+  const bool tracked = here.seen.size() >= kConnected;
+  const int told = connected == kFirstPair ? kFirstPair : tracked ? 0 : 1;
+  for (int k = all - told; k < all; ++k) tell_health(map, k, config, out);
   if (placed && whole) {
     check_scale(images, out);
     publish_window(images, summary, out);

@@ -143,7 +143,7 @@ double rms_px(const Map& map, const KeyFrame& key_frame) {
 
 std::optional<PairScale> pair_scale(const Map& map, int key_frames) {
   constexpr std::size_t kFewest = 30;
-  std::vector<double> ratios;
+  std::vector<double> ratios, disparities_px;
   const int count = static_cast<int>(map.key_frames.size());
   for (const MapPoint& point : map.points) {
     if (point.sightings.empty() || point.host < count - key_frames) continue;
@@ -163,15 +163,18 @@ std::optional<PairScale> pair_scale(const Map& map, int key_frames) {
     if (!found) continue;
     const std::array<Bearing, 2> bearings{{{{}, *ray}, {right.right_from_left, found->ray}}};
     const auto x = triangulate(bearings);
-    if (x) ratios.push_back(x->z() / (host.camera_from_map * point.x).z());
+    if (!x) continue;
+    ratios.push_back(x->z() / (host.camera_from_map * point.x).z());
+    disparities_px.push_back(left.fx * right.right_from_left.translation.norm() / x->z());
   }
   if (ratios.size() < kFewest) return std::nullopt;
   const double metres = median(ratios);
   for (double& ratio : ratios) ratio = std::abs(ratio / metres - 1);
   // Of the median of a normal distribution, from its median deviation.
   constexpr double kSigmaOfDeviation = 1.4826, kSigmaOfMedian = 1.2533;
-  return PairScale{metres, kSigmaOfDeviation * kSigmaOfMedian * median(ratios) /
-                               std::sqrt(static_cast<double>(ratios.size()))};
+  const double own = kSigmaOfDeviation * kSigmaOfMedian * median(ratios) /
+                     std::sqrt(static_cast<double>(ratios.size()));
+  return PairScale{metres, std::hypot(own, kSharedMatching_px / median(disparities_px))};
 }
 
 }  // namespace nadir::odometry

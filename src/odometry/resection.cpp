@@ -264,11 +264,10 @@ std::optional<Resection> sharpen(const Map& map, const View& view, const Rough& 
 
 Sigmas sigmas_of(const Map& map, const Resection& resection) {
   Adjustment a = pose_only(map, resection.camera_from_map, resection.seen);
-  a.images.push_back({map.last().camera_from_map, true});
   constexpr double kRobust_px = 1;
   if (!adjust(a, *map.rig, {kRobust_px, 2, 1e-5}).usable) return {};
   const auto covariance = PoseCovariance::of(a, *map.rig, kRobust_px);
-  return covariance ? sigmas_of(covariance->relative(a, 1, 0)) : Sigmas{};
+  return covariance ? sigmas_of(covariance->of_image(0)) : Sigmas{};
 }
 
 bool is_blank(const View& view) { return view.features.size() < kMinFeatures; }

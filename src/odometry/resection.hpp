@@ -39,8 +39,7 @@ ResectionResult resect(const Map& map, const View& view, std::optional<Rigid3> p
                        std::span<const int> references, const Config& config,
                        Effort effort = Effort::quick);
 
-/// Of the pose, the tie points being as they are: relative to the key frames that see them. Zero
-/// when unknown.
+/// Of the pose against the tie points, which are taken as exact. Zero when unknown.
 Sigmas sigmas_of(const Map& map, const Resection& resection);
 
 /// An image in which nothing can be measured.

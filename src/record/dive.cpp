@@ -124,8 +124,9 @@ struct Dive::State {
 
 std::vector<Alert> Dive::State::make_files(const nlohmann::json& rates) {
   Ledger ledger = read_ledger(folder);
+  const std::string auxiliary = auxiliary_xml(ledger);
   for (const auto& projected_facts : ledger.projected) {
-    settle(disk, folder, projected_facts.file, false);
+    settle(disk, folder, projected_facts.file, auxiliary, false);
   }
   remove_leftovers(disk, folder);
   // Without projected images the tiles stay as they were made, and only their place is corrected.
@@ -153,9 +154,7 @@ int Dive::State::save_projected(const Entry& entry, Facts& facts) {
   const auto effort = config.small_png ? image_io::PngEffort::small : image_io::PngEffort::fast;
   ProjectedFile file;
   file.mosaic = entry.mosaic->grid->mosaic;
-  const Scale scale = facts.window ? facts.window->scale : Scale();
-  const std::string description = "survey frame, " + scale_text(scale);
-  const int error = projected.write(*entry.mosaic->projected, effort, description, file);
+  const int error = projected.write(*entry.mosaic->projected, effort, file);
   if (error == 0) facts.projected = file;
   return error;
 }

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <numbers>
+#include <utility>
 
 #include "nadir/core/check.hpp"
 #include "nadir/mosaic2d/corrected.hpp"
@@ -41,7 +42,7 @@ void add_orientation(const Facts& facts, Ledger& ledger) {
 void add_window(const WindowFacts& window, std::uint64_t sequence, Ledger& ledger) {
   ++ledger.windows;
   if (ledger.axes == SurveyAxes::none) ledger.axes = window.axes;
-  ledger.scales[window.submap] = window.scale;
+  ledger.live_scales[window.submap] = window.scale;
   if (window.uncertain) ledger.uncertain.insert(window.submap);
   for (const TiePoint& point : window.tie_points) {
     ledger.tie_points[point.id] = sequence;
@@ -126,20 +127,38 @@ std::uint32_t root_of(std::uint32_t submap, const Ledger& ledger) {
   return submap;
 }
 
-// A sub-map is as certain as the one it was joined to, whose size it has.
-void take_from_roots(Ledger& ledger) {
+bool is_less_certain(const Scale& a, const Scale& b) {
+  const bool a_known = a.source != ScaleSource::none, b_known = b.source != ScaleSource::none;
+  return a_known != b_known ? b_known : a.sigma > b.sigma;
+}
+
+// A sub-map is as certain as the one it was joined to, and both have one size, whichever of them
+// has told it.
+void take_from_joined(Ledger& ledger) {
   const std::set<std::uint32_t> uncertain = ledger.uncertain;
+  std::map<std::uint32_t, Scale> of_map;  // by root
+  for (const auto& [submap, scale] : ledger.scales) {
+    const auto [found, is_first] = of_map.try_emplace(root_of(submap, ledger), scale);
+    if (!is_first && is_less_certain(found->second, scale)) found->second = scale;
+  }
+  const auto take = [&](std::uint32_t submap, std::uint32_t root) {
+    const auto scale = of_map.find(root);
+    if (scale == of_map.end()) return;
+    Scale& own = ledger.scales[submap];
+    if (own.source == ScaleSource::none) own = scale->second;
+  };
   for (const auto& [submap, to] : ledger.joined) {
     const std::uint32_t root = root_of(to, ledger);
     if (!uncertain.contains(root)) ledger.uncertain.erase(submap);
-    const auto own = ledger.scales.find(submap), of_root = ledger.scales.find(root);
-    if (own == ledger.scales.end() || of_root == ledger.scales.end()) continue;
-    if (own->second.source == ScaleSource::none) own->second = of_root->second;
+    take(submap, root);
+    take(root, root);
   }
 }
 
 void correct(Ledger& ledger) {
+  ledger.scales = ledger.live_scales;
   for (const auto& [submap, scale] : ledger.corrected_scales) ledger.scales[submap] = scale;
+  take_from_joined(ledger);
   if (ledger.corrections.empty()) return;
   double farthest = ledger.farthest;
   for (auto& [number, image] : ledger.images) {
@@ -167,7 +186,15 @@ void correct(Ledger& ledger) {
     grid = mosaic2d::moved(grid,
                            ledger.corrections.at(grid.submap, ledger.mosaic_seen_first.at(number)));
   }
-  take_from_roots(ledger);
+}
+
+Scale least_certain(const std::map<std::uint32_t, Scale>& scales) {
+  Scale least;
+  bool first = true;
+  for (const auto& [submap, scale] : scales) {
+    if (std::exchange(first, false) || is_less_certain(scale, least)) least = scale;
+  }
+  return least;
 }
 
 }  // namespace
@@ -191,15 +218,8 @@ ImageCounts Ledger::counts() const {
   return counts;
 }
 
-Scale Ledger::scale() const {
-  if (scales.empty()) return {};
-  const auto less_certain = [](const auto& a, const auto& b) {
-    const bool a_known = a.second.source != ScaleSource::none;
-    const bool b_known = b.second.source != ScaleSource::none;
-    return a_known != b_known ? b_known : a.second.sigma > b.second.sigma;
-  };
-  return std::ranges::min_element(scales, less_certain)->second;
-}
+Scale Ledger::scale() const { return least_certain(scales); }
+Scale Ledger::live_scale() const { return least_certain(live_scales); }
 
 Ledger read_ledger(const path& dive) {
   JournalReader journal(dive);

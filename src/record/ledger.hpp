@@ -51,8 +51,9 @@ struct Ledger {
   std::vector<Alert> alerts;
   /// Id of a tie point to the sequence of the record with its newest state.
   std::unordered_map<std::uint64_t, std::uint64_t> tie_points;
-  std::map<std::uint32_t, Scale> scales;  ///< newest, by sub-map
-  std::set<std::uint32_t> uncertain;      ///< sub-maps placed by dead reckoning
+  std::map<std::uint32_t, Scale> live_scales;  ///< by sub-map, of its newest window
+  std::map<std::uint32_t, Scale> scales;       ///< by sub-map, as corrected
+  std::set<std::uint32_t> uncertain;           ///< sub-maps placed by dead reckoning
   std::uint64_t windows = 0, planes = 0, grid_points = 0;
   double farthest = 0;  ///< largest coordinate of a point, tie point or grid's
   std::map<std::uint32_t, MosaicGrid> mosaics;
@@ -68,8 +69,9 @@ struct Ledger {
   std::uint64_t missing_records = 0;
 
   ImageCounts counts() const;
-  /// Of the whole dive: the least certain of its sub-maps'.
+  /// Of the whole dive: the least certain of its sub-maps'; as corrected, and as published live.
   Scale scale() const;
+  Scale live_scale() const;
 };
 
 /// With all poses, world files and mosaics' places as corrected (those that are in records, of tie

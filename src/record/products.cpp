@@ -33,7 +33,7 @@ void add_mosaic(const MosaicRaster& raster, const Ledger& ledger, const MosaicTi
   const std::string name = mosaic_name(raster.grid.mosaic);
   products[name + ".png"] = [&](LooseFile& file) { return write_mosaic(file, raster, tiles); };
   products[name + ".pgw"] = [&](LooseFile& file) { return file.write(text_of(raster.world())); };
-  products[name + ".png.aux.xml"] = [&](LooseFile& file) {
+  products[auxiliary_name(name + ".png")] = [&](LooseFile& file) {
     return file.write(auxiliary_xml(ledger));
   };
 }
@@ -113,7 +113,7 @@ std::string survey_unit(const Scale& scale) {
 
 std::string scale_text(const Scale& scale) {
   if (scale.source == ScaleSource::none) return survey_unit(scale);
-  std::string text = survey_unit(scale) + ", scale from " + std::string(to_string(scale.source));
+  std::string text = survey_unit(scale) + ", scale from " + std::string(in_words(scale.source));
   if (scale.sigma > 0) text += ", sigma " + fixed(100 * scale.sigma, 3) + " %";
   return text;
 }

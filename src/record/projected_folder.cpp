@@ -23,9 +23,9 @@ int write_and_sync(Disk& disk, const path& name, ByteView bytes) {
   return result;
 }
 
-int write_world_file(Disk& disk, const path& name, const WorldFile& world) {
+int write_text(Disk& disk, const path& name, std::string_view text) {
   LooseFile file(disk, name);
-  file.write(text_of(world));
+  file.write(text);
   return file.commit(false);
 }
 
@@ -35,21 +35,20 @@ bool is_whole(const path& name, const ProjectedFile& file, bool thorough) {
   return std::filesystem::file_size(name, error) == file.size && !error;
 }
 
-bool world_file_is_whole(const path& name, const WorldFile& world) {
+bool holds(const path& name, std::string_view text) {
   std::ifstream in(name, std::ios::binary);
-  const std::string text((std::istreambuf_iterator<char>(in)), {});
-  return text == text_of(world);
+  return in && std::string((std::istreambuf_iterator<char>(in)), {}) == text;
 }
 
 }  // namespace
 
 int ProjectedFolder::write(const ProjectedImage& image, image_io::PngEffort effort,
-                           std::string_view description, ProjectedFile& file) {
+                           ProjectedFile& file) {
   if (next_spare_ == spares_end_) {
     if (const int error = make_spares(); error != 0) return error;
   }
   const std::uint64_t spare = next_spare_++;  // one that failed is not used again
-  const Bytes png = image_io::encode_png(image.bgra, effort, description);
+  const Bytes png = image_io::encode_png(image.bgra, effort);
   const int error = write_and_sync(disk_, spare_name(dive_, spare), png);
   if (error != 0) {
     disk_.remove(spare_name(dive_, spare));
@@ -67,7 +66,7 @@ int ProjectedFolder::write(const ProjectedImage& image, image_io::PngEffort effo
 
 int ProjectedFolder::publish(const ProjectedFile& file) {
   const path name = projected_name(dive_, file.image);
-  const int error = write_world_file(disk_, world_file_name(name), file.world);
+  const int error = write_text(disk_, world_file_name(name), text_of(file.world));
   return error != 0 ? error : rename_file(disk_, spare_name(dive_, file.spare), name);
 }
 
@@ -82,9 +81,14 @@ int ProjectedFolder::make_spares() {
   return 0;
 }
 
-bool settle(Disk& disk, const path& dive, const ProjectedFile& file, bool thorough) {
-  const path name = projected_name(dive, file.image), world = world_file_name(name);
-  if (!world_file_is_whole(world, file.world)) write_world_file(disk, world, file.world);
+bool settle(Disk& disk, const path& dive, const ProjectedFile& file, std::string_view auxiliary,
+            bool thorough) {
+  const path name = projected_name(dive, file.image);
+  const auto keep = [&](const path& beside, std::string_view text) {
+    if (!holds(beside, text)) write_text(disk, beside, text);
+  };
+  keep(world_file_name(name), text_of(file.world));
+  keep(auxiliary_name(name), auxiliary);
   if (is_whole(name, file, thorough)) return true;
   const path spare = spare_name(dive, file.spare);
   return is_whole(spare, file, thorough) && rename_file(disk, spare, name) == 0;
@@ -95,6 +99,8 @@ path projected_name(const path& dive, std::uint64_t image) {
 }
 
 path world_file_name(path image_name) { return image_name.replace_extension(".pgw"); }
+
+path auxiliary_name(path image_name) { return image_name += ".aux.xml"; }
 
 path spare_name(const path& dive, std::uint64_t spare) {
   return dive / "projected" / (std::string(kSpare) + padded(spare, 6));

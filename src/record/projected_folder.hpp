@@ -16,8 +16,7 @@ class ProjectedFolder {
   ProjectedFolder(Disk& disk, const path& dive) : disk_(disk), dive_(dive) {}
 
   /// 0 when the image is durable in a spare file, which `file` then describes; else -errno.
-  int write(const ProjectedImage& image, image_io::PngEffort effort, std::string_view description,
-            ProjectedFile& file);
+  int write(const ProjectedImage& image, image_io::PngEffort effort, ProjectedFile& file);
   int publish(const ProjectedFile& file);
 
  private:
@@ -28,13 +27,15 @@ class ProjectedFolder {
   std::uint64_t next_spare_ = 0, spares_end_ = 0;
 };
 
-/// Makes sure that an image the journal names has its name and its world file, as publish() would.
-/// False when it is neither under its own name nor in the spare file; with thorough its content is
-/// compared too.
-bool settle(Disk& disk, const path& dive, const ProjectedFile& file, bool thorough);
+/// Makes sure that an image the journal names has its name and its world file, as publish() would,
+/// and GDAL's auxiliary file as given. False when it is neither under its own name nor in the spare
+/// file; with thorough its content is compared too.
+bool settle(Disk& disk, const path& dive, const ProjectedFile& file, std::string_view auxiliary,
+            bool thorough);
 
 path projected_name(const path& dive, std::uint64_t image);
 path world_file_name(path image_name);
+path auxiliary_name(path image_name);
 path spare_name(const path& dive, std::uint64_t spare);
 bool is_spare(const path& name);
 

@@ -79,8 +79,9 @@ bool mosaics_are_whole(const Previous& previous, const Found& found) {
 }
 
 void settle_projected(Disk& disk, const path& dive, const Ledger& ledger, Recovery& recovery) {
+  const std::string auxiliary = auxiliary_xml(ledger);
   for (const auto& [file, submap, plane] : ledger.projected) {
-    if (settle(disk, dive, file, true)) {
+    if (settle(disk, dive, file, auxiliary, true)) {
       ++recovery.projected;
     } else {
       recovery.damaged.push_back("projected/" + padded(file.image, 6) + ".png");

@@ -100,8 +100,8 @@ bool write_trajectory(LooseFile& file, const Ledger& ledger,
     if (image.*which) poses.push_back(&*(image.*which));
   }
   std::ranges::stable_sort(poses, {}, &ImagePose::time);
-  file.write("# seconds tx ty tz qx qy qz qw: survey_from_camera, " + scale_text(ledger.scale()) +
-             '\n');
+  const Scale scale = which == &ImageFacts::live ? ledger.live_scale() : ledger.scale();
+  file.write("# seconds tx ty tz qx qy qz qw: survey_from_camera, " + scale_text(scale) + '\n');
   for (const ImagePose* pose : poses) file.write(tum_line(*pose));
   return true;
 }

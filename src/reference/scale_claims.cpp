@@ -23,24 +23,7 @@ bool is_settled(ScaleSource source, const ScaleMeasure& measure) {
   return source != ScaleSource::laser || measure.images >= kEnough;
 }
 
-std::string witness(ScaleSource source) {
-  switch (source) {
-    case ScaleSource::stereo:
-      return "the pair of cameras";
-    case ScaleSource::poses:
-      return "the given poses";
-    case ScaleSource::laser:
-      return "the lasers";
-    case ScaleSource::typed:
-      return "the known length";
-    case ScaleSource::altitude:
-      return "the altimeter";
-    case ScaleSource::depth:
-      return "changes of depth";
-    default:
-      return std::string(to_string(source));
-  }
-}
+std::string witness(ScaleSource source) { return std::string(in_words(source)); }
 
 std::string to_check(ScaleSource source) {
   switch (source) {

@@ -69,7 +69,8 @@ struct Line {
 // drift tilt the map; on a way along a slope nothing tells that from another scale.
 std::optional<Line> fit_line(const std::vector<Vector3d>& positions,
                              const std::vector<double>& values) {
-  constexpr double kTilt = 0.035;  // 2 degrees, 1 sigma
+  // 1 sigma: 2 degrees, as an AHRS is mounted and as sheets of tie points bend.
+  constexpr double kTilt = 0.035;
   std::vector<double> weights(values.size(), 1), residuals(values.size());
   Line line;
   double prior = 1e12;  // weight of there being no tilt; at first all of it

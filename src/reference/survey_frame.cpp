@@ -102,15 +102,13 @@ bool is_stereo(const std::vector<std::shared_ptr<const Frame>>& frames) {
                      [](const auto& frame) { return frame->rig->right && !frame->right.empty(); });
 }
 
-// One disparity d = f b / Z has relative sigma s / d; the scale is the mean of all. What all share,
-// of interpolation and lens, does not average out.
+// One disparity d = f b / Z has relative sigma s / d; the scale is the mean of all.
 double stereo_sigma(const Frame& frame, const Window& window, double matching_px) {
-  constexpr double kShared_px = 0.02;
   const double baseline = frame.rig->right->right_from_left.translation.norm();
   const double distance = viewing_distance(window).value_or(1.0);
   const double disparity_px = frame.rig->left.fx * baseline / distance;
   const auto points = static_cast<double>(std::max<std::size_t>(1, window.tie_points.size()));
-  return std::hypot(matching_px / std::sqrt(points), kShared_px) / disparity_px;
+  return std::hypot(matching_px / std::sqrt(points), kSharedMatching_px) / disparity_px;
 }
 
 }  // namespace
@@ -269,20 +267,32 @@ Eigen::Quaterniond SurveyFrame::upright(const Window& initial,
   return Quaterniond(Eigen::AngleAxisd(std::atan2(x.y(), x.x()), Vector3d::UnitZ())) * own;
 }
 
-// By the AHRS's heading, about the survey frame's z; 0 when unknown.
-double SurveyFrame::turn_since_last(const Frame& frame) const {
-  if (!config_.attitude || !frame.attitude || !last_->attitude) return 0;
-  return std::remainder(last_->attitude->yaw - frame.attitude->yaw, 2 * std::numbers::pi);
+// From image to image, which no vehicle turns by half a circle.
+void SurveyFrame::follow_heading(const Frame& frame) {
+  if (!config_.attitude || !last_ || !last_->attitude || !frame.attitude) return;
+  if (turns_.empty()) turns_.push_back({last_->pose.time, last_->attitude->yaw, 0});
+  const Turn& before = turns_.back();
+  const double yaw = frame.attitude->yaw;
+  const bool too_late = seconds(frame.time - last_->pose.time) > config_.dead_reckoning_max_s;
+  if (frame.time <= before.time || too_late) return;
+  turns_.push_back(
+      {frame.time, yaw, before.turned + std::remainder(before.yaw - yaw, 2 * std::numbers::pi)});
 }
 
-// The velocity turns with the vehicle. At a constant rate from the last pose until now the way is
-// an arc, whose chord points half of the turn aside and is sin(half) / half as long.
+// 0 when unknown.
+double SurveyFrame::turned_by(Time time) const {
+  const auto after = std::ranges::upper_bound(turns_, time, {}, &Turn::time);
+  return after == turns_.begin() ? 0 : std::prev(after)->turned;
+}
+
+// The velocity turns with the vehicle. At a constant rate the way is an arc, whose chord points
+// half of the turn aside and is sin(half) / half as long.
 Eigen::Vector3d SurveyFrame::reckoned_position(const Frame& frame) const {
   if (!last_) return Vector3d::Zero();
-  const double since = std::max(0.0, seconds(frame.time - last_->pose.time));
-  const double elapsed = std::min(since, config_.dead_reckoning_max_s);
+  const double elapsed =
+      std::clamp(seconds(frame.time - last_->pose.time), 0.0, config_.dead_reckoning_max_s);
   Vector3d way = last_->velocity * elapsed;
-  const double half = elapsed > 0 ? 0.5 * turn_since_last(frame) * elapsed / since : 0;
+  const double half = 0.5 * turned_by(frame.time);
   if (half != 0) way.head<2>() = std::sin(half) / half * (Eigen::Rotation2Dd(half) * way.head<2>());
   Vector3d position = last_->pose.survey_from_camera.translation + way;
   if (scale_.source != ScaleSource::none && frame.depth && last_->depth) {
@@ -337,7 +347,9 @@ std::vector<Alert> SurveyFrame::observe(const Orientation& orientation) {
           seconds(pose.time - last_->pose.time);
     }
     last_ = now;
+    turns_.clear();
   }
+  if (orientation.shot && orientation.shot->frame) follow_heading(*orientation.shot->frame);
   check_attitude(orientation);
   std::vector<Alert> alerts = std::exchange(alerts_, {});
   if (const Shot* shot = orientation.shot.get()) {

@@ -69,9 +69,9 @@ TEST(Encode, WritesEverySizeTypeAndContentWithoutLoss) {
 
 TEST(Encode, WritesTheSameBytesWhateverWasWrittenBefore) {
   const cv::Mat image = picture({301, 333}, CV_8UC4, Content::noise);
-  const File first = encode_png(image, PngEffort::fast, "a photograph");
+  const File first = encode_png(image);
   (void)encode_png(picture({500, 200}, CV_8UC3, Content::smooth));
-  EXPECT_EQ(encode_png(image, PngEffort::fast, "a photograph"), first);
+  EXPECT_EQ(encode_png(image), first);
 }
 
 // A mosaic written twice is the same. The fault of ISA-L that png_stream.cpp works around shows

@@ -127,16 +127,28 @@ TEST(PosedImages, KeepTheirPosesAndFindTheGround) {
   EXPECT_EQ(last.central->image, last.central_pose().image);
 }
 
-// The first two, too, of which nothing was known at their own moment.
+// The first two, too, of which nothing was known at their own moment, and those so far apart that
+// no image sees the tie points of the two before it (the last has the way of one pair only).
 TEST(PosedImages, TellTheirTiePoints) {
-  const auto path = swimming_path(6);
-  const Dive found = dive(film(small_rig(), path), in_survey(path));
-  for (std::uint64_t image = 0; image < path.size(); ++image) {
-    const Health& health = found.health.at(image);
-    EXPECT_GE(health.tie_points, 40u) << image;
-    EXPECT_GE(health.tracked_length, 2) << image;
-    EXPECT_GT(health.rms_px, 0) << image;
+  const double width = small_rig().left.width / small_rig().left.fx;  // of an image, from 1 m
+  for (const double step : {0.2, 0.6 * width}) {
+    const auto path = swimming_path(6, step);
+    const Dive found = dive(film(small_rig(), path), in_survey(path));
+    for (std::uint64_t image = 0; image < path.size(); ++image) {
+      const Health& health = found.health.at(image);
+      EXPECT_GE(health.tie_points, 40u) << step << ' ' << image;
+      EXPECT_GE(health.tracked_length, 2) << step << ' ' << image;
+      EXPECT_GT(health.rms_px, 0) << step << ' ' << image;
+      EXPECT_FALSE(health.has(Weakness::few_tie_points)) << step << ' ' << image;
+    }
   }
+}
+
+TEST(PosedImages, ThatShowNothingOfTheMapAreWeak) {
+  const auto path = swimming_path(1);
+  const Dive found = dive(film(small_rig(), path), in_survey(path));
+  EXPECT_EQ(found.health.at(0).tie_points, 0u);
+  EXPECT_TRUE(found.health.at(0).has(Weakness::few_tie_points));
 }
 
 TEST(PosedImages, OfAVideoAreNotAllKeyFrames) {

@@ -134,10 +134,13 @@ TEST(SelfCalibration, CalibrationMadeInAirIsNamedSo) {
   CameraRig given = mono();
   given.left.fx /= 1.33;
   given.left.fy /= 1.33;
+  given.left.distortion[0] += 0.1;  // is not named beside it
   const auto fit = fit_calibration(survey(mono(), given));
   ASSERT_TRUE(fit);
   EXPECT_NEAR(fit->left.focal_ratio.value, 1.33, 5 * fit->left.focal_ratio.sigma);
+  EXPECT_GT(fit->left.distortion_px.value, 1);
   EXPECT_THAT(doubts(*fit), doubt(AlertKind::calibration_suspect, "in air"));
+  EXPECT_EQ(doubts(*fit).size(), 1u);
 }
 
 TEST(SelfCalibration, LateRightImagesAreMeasured) {

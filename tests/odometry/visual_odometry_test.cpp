@@ -275,6 +275,7 @@ TEST(VisualOdometry, KnowsHowWellEveryPoseIsKnownRelativeToItsKeyFrame) {
   const double scale = length / found_length;
   std::uint64_t key = 0;
   int judged = 0, position_within = 0, rotation_within = 0;
+  double position_squares = 0, rotation_squares = 0;  // of errors in sigmas
   for (const auto& [image, pose] : found.poses) {
     if (image > 0) {
       ASSERT_GT(pose.sigma_position, 0) << image;
@@ -282,15 +283,22 @@ TEST(VisualOdometry, KnowsHowWellEveryPoseIsKnownRelativeToItsKeyFrame) {
       const Rigid3 step =
           found.poses.at(key).survey_from_camera.inverse() * pose.survey_from_camera;
       const Rigid3 truth = path[key].inverse() * path[image];
-      const double error = (scale * step.translation - truth.translation).norm();
+      const double position =
+          (scale * step.translation - truth.translation).norm() / (scale * pose.sigma_position);
+      const double rotation = step.rotation.angularDistance(truth.rotation) / pose.sigma_rotation;
       ++judged;
-      position_within += error < 2 * scale * pose.sigma_position;
-      rotation_within += step.rotation.angularDistance(truth.rotation) < 2 * pose.sigma_rotation;
+      position_within += position < 2;
+      rotation_within += rotation < 2;
+      position_squares += position * position;
+      rotation_squares += rotation * rotation;
     }
     if (pose.key_frame) key = image;
   }
   EXPECT_GE(position_within, 0.85 * judged);
   EXPECT_GE(rotation_within, 0.85 * judged);
+  // They are 1 on average; a quarter would be sigmas twice too large.
+  EXPECT_GT(position_squares, 0.25 * judged);
+  EXPECT_GT(rotation_squares, 0.25 * judged);
 }
 
 TEST(VisualOdometry, PublishesAWindowOfTheLastKeyFramesWithColouredTiePoints) {

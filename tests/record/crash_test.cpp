@@ -196,8 +196,9 @@ void expect_valid(const path& folder, const Recovery& recovery, int acknowledged
     ASSERT_FALSE(name.starts_with('.')) << name;
     if (name.starts_with("projected/")) {
       ASSERT_EQ(text, finished.at(name)) << name;
-      const path other = path(name).replace_extension(name.ends_with(".png") ? ".pgw" : ".png");
-      ASSERT_TRUE(files.contains(other.string())) << name;
+      const std::string image = name.substr(0, name.find('.'));
+      for (const char* kind : {".png", ".pgw", ".png.aux.xml"})
+        ASSERT_TRUE(files.contains(image + kind)) << name;
     }
   }
   for (int i = 0; i < acknowledged; ++i) {

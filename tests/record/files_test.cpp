@@ -397,19 +397,54 @@ TEST(DiveJson, SaysWhatTheDiveIs) {
   EXPECT_EQ(found["versions"]["nadir"], "0.1.0");
 }
 
+void expect_said(const std::filesystem::path& file, std::string_view text) {
+  EXPECT_NE(read_text(file).find(text), std::string::npos) << file << ": " << text;
+}
+
 TEST(Scale, IsSaidInEveryProductWithSourceAndSigma) {
   const Recorded dive(SmallDive{});
   for (const char* name :
        {"trajectory.tum", "trajectory_live.tum", "sparse.ply", "projection3d.ply",
-        "mosaic2d/mosaic-000.png.aux.xml", "projected/000003.png"}) {
-    EXPECT_NE(read_text(dive / name).find("metres, scale from stereo, sigma 0.100 %"),
-              std::string::npos)
-        << name;
+        "mosaic2d/mosaic-000.png.aux.xml", "projected/000003.png.aux.xml"}) {
+    expect_said(dive / name, "metres, scale from the pair of cameras, sigma 0.100 %");
   }
 }
 
-// Sub-maps of an image each, of which the first has a scale; then what the revision says.
-void record_submaps(const std::filesystem::path& folder, int count, Revision revision) {
+// A map that is measured only after its images were projected. Live poses stay as they were told.
+TEST(Scale, MeasuredLaterIsSaidInAllThatIsMadeFromIt) {
+  SmallDive small;
+  small.metric = false;
+  const ScratchFolder scratch;
+  const auto folder = scratch / "dive";
+  Revision measured;
+  measured.corrections = {{0, 0, Similarity3{2, {}}}};
+  measured.scales = {{0, {ScaleSource::altitude, 0.02}}};
+  {
+    Dive dive(folder, small.info(), {});
+    for (std::uint64_t i = 0; i < 4; ++i) ASSERT_TRUE(dive.add(small.entry(i)).empty());
+    Entry last;
+    last.orientation = std::make_shared<const Orientation>();
+    last.revisions = {std::make_shared<const Revision>(measured)};
+    ASSERT_TRUE(dive.add(last).empty());
+    ASSERT_TRUE(dive.finish({}).empty());
+  }
+  const auto check = [&] {
+    for (const char* name : {"trajectory.tum", "sparse.ply", "projection3d.ply",
+                             "mosaic2d/mosaic-000.png.aux.xml", "projected/000003.png.aux.xml"}) {
+      expect_said(folder / name, "metres, scale from the altimeter, sigma 2.000 %");
+    }
+    expect_said(folder / "trajectory_live.tum", "unscaled");
+  };
+  check();
+  std::filesystem::remove(folder / "dive.json");
+  std::filesystem::remove(folder / "projected/000003.png.aux.xml");
+  recover(folder);
+  check();
+}
+
+// Sub-maps of an image each, of which one has a scale; then what the revision says.
+void record_submaps(const std::filesystem::path& folder, int count, Revision revision,
+                    int metric = 0) {
   const SmallDive small;
   Dive dive(folder, small.info(), {});
   for (int i = 0; i < count; ++i) {
@@ -417,7 +452,7 @@ void record_submaps(const std::filesystem::path& folder, int count, Revision rev
     auto orientation = std::make_shared<Orientation>(*made.orientation);
     auto window = std::make_shared<Window>(*orientation->window);
     orientation->poses[0].submap = window->submap = static_cast<std::uint32_t>(i);
-    if (i > 0) window->scale = {};
+    if (i != metric) window->scale = {};
     orientation->window = window;
     ASSERT_TRUE(dive.add({orientation, nullptr, nullptr, nullptr}).empty());
   }
@@ -447,15 +482,19 @@ TEST(DiveJson, TellsTheScaleOfEverySubmapAndRecoveryDoesToo) {
   check();
 }
 
-TEST(DiveJson, JoinedSubmapWithoutAScaleOfItsOwnHasThatOfTheMap) {
-  const ScratchFolder scratch;
-  Revision revision;
-  revision.joins = {{1, 0}};
-  revision.corrections = {{1, 1, Similarity3{}}};
-  record_submaps(scratch / "dive", 2, revision);
-  const json found = json::parse(read_text(scratch / "dive/dive.json"));
-  EXPECT_EQ(found["submaps"][1]["scale"], (json{{"source", "stereo"}, {"sigma", 0.001}}));
-  EXPECT_EQ(found["survey_unit"], "metres");
+// Whichever of them a pair has measured.
+TEST(DiveJson, JoinedSubmapsHaveOneScale) {
+  for (const int metric : {0, 1, 2}) {
+    const ScratchFolder scratch;
+    Revision revision;
+    revision.joins = {{1, 0}, {2, 1}};
+    revision.corrections = {{1, 1, Similarity3{}}};
+    record_submaps(scratch / "dive", 3, revision, metric);
+    const json found = json::parse(read_text(scratch / "dive/dive.json"));
+    for (const json& submap : found["submaps"])
+      EXPECT_EQ(submap["scale"], (json{{"source", "stereo"}, {"sigma", 0.001}})) << metric;
+    EXPECT_EQ(found["survey_unit"], "metres");
+  }
 }
 
 TEST(Unscaled, IsSaidInEveryProduct) {
@@ -468,7 +507,7 @@ TEST(Unscaled, IsSaidInEveryProduct) {
             (json{{"source", "none"}, {"sigma", nullptr}}));
   for (const char* name :
        {"dive.json", "trajectory.tum", "trajectory_live.tum", "sparse.ply", "projection3d.ply",
-        "mosaic2d/mosaic-000.png.aux.xml", "projected/000003.png"}) {
+        "mosaic2d/mosaic-000.png.aux.xml", "projected/000003.png.aux.xml"}) {
     EXPECT_NE(read_text(dive / name).find("unscaled"), std::string::npos) << name;
     EXPECT_EQ(read_text(dive / name).find("metre"), std::string::npos) << name;
   }
@@ -487,12 +526,14 @@ TEST(Rasters, AreReadByGdalAtTheirPlace) {
   EXPECT_NEAR(place[3].get<double>(), 2.005, 1e-9);
   EXPECT_NEAR(place[5].get<double>(), -0.01, 1e-12);
   EXPECT_EQ(mosaic["bands"].size(), 4u);
-  EXPECT_EQ(mosaic["metadata"][""]["SCALE"], "metres, scale from stereo, sigma 0.100 %");
+  const char* scale = "metres, scale from the pair of cameras, sigma 0.100 %";
+  EXPECT_EQ(mosaic["metadata"][""]["SCALE"], scale);
   EXPECT_NE(mosaic["coordinateSystem"]["wkt"].get<std::string>().find("nadir survey"),
             std::string::npos);
   const json image =
       json::parse(output_of("gdalinfo -json " + (dive / "projected/000003.png").string()));
   EXPECT_NEAR(image["geoTransform"][0].get<double>(), 0.12 - 0.005, 1e-9);
+  EXPECT_EQ(image["metadata"][""]["SCALE"], scale);
   const std::string colour = output_of("gdallocationinfo -valonly -geoloc " +
                                        (dive / "mosaic2d/mosaic-000.png").string() + " 0.5 1.5");
   EXPECT_EQ(colour, "3\n2\n1\n255\n");
@@ -519,7 +560,7 @@ TEST(Files, AreTheSameBytesForTheSameEntries) {
   const Recorded one(small), other(small);
   const auto files = read_all(one / "");
   EXPECT_EQ(files, read_all(other / ""));
-  EXPECT_EQ(files.size(), 17u);
+  EXPECT_EQ(files.size(), 20u);
   for (const auto& [name, text] : files) {
     EXPECT_EQ(name.find("/."), std::string::npos) << name;
     EXPECT_EQ(text.find("nan"), std::string::npos) << name;

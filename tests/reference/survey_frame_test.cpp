@@ -224,11 +224,11 @@ TEST(SurveyFrame, LostImageIsReckonedByLastMotionAndAttitude) {
   EXPECT_NEAR(place->survey_from_camera.rotation.angularDistance(turned), 0, 1e-6);
 }
 
-// What the sum of n chords misses of an arc, turn^2 / (24 n^2) of its length: 4e-8 m here.
+// What the sum of n chords misses of an arc, turn^2 / (24 n^2) of its length: 6e-7 m here.
 TEST(SurveyFrame, ReckonedWayTurnsWithTheVehicle) {
-  constexpr double kQuarter = std::numbers::pi / 2;
-  constexpr int kSteps = 1000;
-  for (const double turn : {0.0, 0.4, kQuarter, -kQuarter}) {
+  constexpr double kCircle = 2 * std::numbers::pi;
+  constexpr int kSteps = 1000, kImages = 8;
+  for (const double turn : {0.0, 0.4, kCircle / 4, -0.6 * kCircle, 0.6 * kCircle, kCircle}) {
     Following d;
     const Vector3d from = d.poses[2].survey_from_camera.translation;
     const Vector3d velocity = from - d.poses[1].survey_from_camera.translation;
@@ -237,11 +237,14 @@ TEST(SurveyFrame, ReckonedWayTurnsWithTheVehicle) {
       const double turned = turn * (i + 0.5) / kSteps;
       expected += AngleAxisd(-turned, Vector3d::UnitZ()) * velocity * 2 / kSteps;
     }
-    for (const double around : {0.0, 2 * std::numbers::pi}) {
-      const auto place = d.lost_after(2, turn - around);
+    std::optional<DeadReckoned> place;
+    for (int i = 1; i <= kImages; ++i) {
+      const double part = static_cast<double>(i) / kImages;
+      const double around = i % 2 == 0 ? kCircle : 0;  // headings may be given either way
+      place = d.lost_after(2 * part, turn * part - around);
       ASSERT_TRUE(place);
-      EXPECT_NEAR((place->survey_from_camera.translation - expected).norm(), 0, 1e-6) << turn;
     }
+    EXPECT_NEAR((place->survey_from_camera.translation - expected).norm(), 0, 2e-6) << turn;
   }
 }
 
@@ -254,6 +257,11 @@ TEST(SurveyFrame, ReckoningGrowsUncertainAndHoldsItsPlaceWhenTheLastMotionIsOld)
   EXPECT_GT(late->sigma_position, 10 * later->sigma_position);
   EXPECT_NEAR((late->survey_from_camera.translation - later->survey_from_camera.translation).norm(),
               0, 1e-9);
+  const auto turned = d.lost_after(61, 1);
+  ASSERT_TRUE(turned);
+  EXPECT_NEAR(
+      (turned->survey_from_camera.translation - later->survey_from_camera.translation).norm(), 0,
+      1e-9);
 }
 
 TEST(SurveyFrame, ChangesOfDepthAreReckonedWith) {

@@ -83,7 +83,7 @@ std::vector<int> images_lost_at(const Dive& dive) {
 
 struct Rendered {
   std::string name;
-  int images, least_oriented;
+  int least_oriented;
   std::string scale;  ///< its source
   double rmse;        ///< metres, after rotation and translation, and scale where nothing gives it
   double rmse_free;   ///< after scale, too
@@ -96,10 +96,10 @@ class RenderedSequence : public testing::TestWithParam<Rendered> {};
 
 INSTANTIATE_TEST_SUITE_P(
     All, RenderedSequence,
-    testing::Values(Rendered{"pool", 81, 81, "stereo", 0.005, 0.005, 6e-4, 70, 0.95},
-                    Rendered{"wreck", 40, 40, "stereo", 0.0011, 0.0011, 5e-4, 20, 0},
-                    Rendered{"transect", 160, 159, "laser", 0.03, 0.003, 8e-3, 20, 0.8},
-                    Rendered{"reef", 100, 99, "none", 0.015, 0.015, 1e9, 20, 0}),
+    testing::Values(Rendered{"pool", 81, "stereo", 0.005, 0.005, 6e-4, 70, 0.95},
+                    Rendered{"wreck", 40, "stereo", 0.0011, 0.0011, 5e-4, 20, 0},
+                    Rendered{"transect", 159, "laser", 0.03, 0.003, 8e-3, 20, 0.8},
+                    Rendered{"reef", 99, "none", 0.015, 0.015, 1e9, 20, 0}),
     [](const auto& tested) { return tested.param.name; });
 
 TEST_P(RenderedSequence, IsOrientedWholeAndExact) {
@@ -135,7 +135,9 @@ TEST_P(RenderedSequence, KnowsHowWellItKnowsEachStep) {
     if (row.at(15).empty()) continue;
     sigmas[std::lround(1000 * std::stod(row[2]))] = {std::stod(row[15]), std::stod(row[16])};
   }
+  ASSERT_GE(found.size(), static_cast<std::size_t>(GetParam().least_oriented));
   int steps = 0, position_within = 0, rotation_within = 0;
+  double position_squares = 0, rotation_squares = 0;  // of errors in sigmas
   for (auto before = found.begin(), now = std::next(before); now != found.end(); ++before, ++now) {
     const auto sigma = sigmas.find(now->first);
     if (sigma == sigmas.end()) continue;
@@ -143,15 +145,20 @@ TEST_P(RenderedSequence, KnowsHowWellItKnowsEachStep) {
     const Eigen::Isometry3d truth = exact.at(before->first).inverse() * exact.at(now->first);
     const double error = (scale * step.translation() - truth.translation()).norm();
     const double turn = Eigen::AngleAxisd(step.linear().transpose() * truth.linear()).angle();
+    const double position = error / (scale * sigma->second.first);
+    const double rotation = turn * 180 / M_PI / sigma->second.second;
     ++steps;
-    position_within += error < 2 * scale * sigma->second.first;
-    rotation_within += turn * 180 / M_PI < 2 * sigma->second.second;
+    position_within += position < 2;
+    rotation_within += rotation < 2;
+    position_squares += position * position;
+    rotation_squares += rotation * rotation;
   }
-  EXPECT_EQ(steps + 1, GetParam().images);
+  EXPECT_GE(steps + 1, GetParam().least_oriented);
   EXPECT_GE(position_within, 0.85 * steps) << "of " << steps;
   EXPECT_GE(rotation_within, 0.85 * steps) << "of " << steps;
-  // Twice too large a sigma would hold nearly all.
-  EXPECT_LT(position_within + rotation_within, 2 * steps);
+  // They are 1 on average; a quarter would be sigmas twice too large.
+  EXPECT_GT(position_squares, 0.25 * steps);
+  EXPECT_GT(rotation_squares, 0.25 * steps);
 }
 
 TEST(FailureSequence, JumpIsNoticedAndBothSidesAreMapped) {

@@ -122,6 +122,44 @@ TEST(Revisit, ALaterSubmapIsJoinedWhereItsGroundIsKnown) {
   EXPECT_LT(worst_error(key_frames, way, outcome.corrections), 0.02);
 }
 
+// A gauge's own error is the same in both: the map is no surer than the better one.
+TEST(Revisit, JoinedSubmapsAreAsLargeAsTheirMeasuresSayAndAsSureAsTheBest) {
+  constexpr double kTrue = 2;  // metres per unit of the first sub-map
+  constexpr double kSecond = 0.8;
+  Seabed seabed;
+  const auto way = two_lanes();
+  const Similarity3 elsewhere{kSecond, {Eigen::Quaterniond::Identity(), {10, 4, 0.5}}};
+  Revisit revisit{Config{}};
+  Revision last;
+  Corrections corrections;
+  std::vector<std::shared_ptr<const SettledKeyFrame>> key_frames;
+  for (std::size_t i = 0; i < way.size(); ++i) {
+    const bool later = i >= 14;
+    key_frames.push_back(
+        seabed.key_frame(i, later ? 1 : 0, way[i], later ? elsewhere : Similarity3()));
+    const Revision revision = revisit.process({i, 0, {key_frames.back()}, {}});
+    for (const auto& c : revision.corrections) corrections.add(c);
+  }
+  last = revisit.process({std::nullopt,
+                          0,
+                          {},
+                          {{0, kTrue, {ScaleSource::altitude, 0.02}},
+                           {1, kTrue / kSecond, {ScaleSource::altitude, 0.03}}}});
+  for (const auto& c : last.corrections) corrections.add(c);
+  ASSERT_EQ(last.scales.size(), 2u);
+  for (const auto& [submap, scale] : last.scales) {
+    EXPECT_EQ(scale.source, ScaleSource::altitude);
+    EXPECT_DOUBLE_EQ(scale.sigma, 0.02);
+  }
+  const auto placed = [&](std::size_t i) {
+    const auto& pose = key_frames[i]->pose;
+    return Vector3d(
+        (corrections.at(pose.submap, pose.image) * pose.survey_from_camera).translation);
+  };
+  const double length = (placed(0) - placed(20)).norm();
+  EXPECT_NEAR(length / (way[0].translation - way[20].translation).norm(), kTrue, 0.01 * kTrue);
+}
+
 // Without an AHRS the vertical of a sub-map is the normal of its first ground.
 TEST(Revisit, SubmapsMayTiltUnlessTheirVerticalsAreMeasured) {
   const auto way = two_lanes();

@@ -29,6 +29,8 @@ enum class ScaleSource {
   poses,  ///< that of poses given by another program
 };
 std::string_view to_string(ScaleSource source);
+/// As a diver reads it: the lasers.
+std::string_view in_words(ScaleSource source);
 
 /// What gave the survey frame its axes.
 enum class SurveyAxes : std::uint8_t {
@@ -43,7 +45,7 @@ std::string_view to_string(SurveyAxes axes);
 
 struct Scale {
   ScaleSource source = ScaleSource::none;
-  double sigma = 0;  ///< relative, 1 sigma; 0 when unscaled
+  double sigma = 0;  ///< relative, 1 sigma; 0 when unscaled or unknown
 };
 
 /// Exterior orientation of one image.
@@ -55,7 +57,8 @@ struct ImagePose {
   bool key_frame = false;
   std::uint32_t tie_points = 0;  ///< observed in this image
   double rms_px = 0;             ///< of their reprojection
-  // 1 sigma relative to the key frame before it; 0: unknown. Roots of the sums of three variances.
+  // 1 sigma relative to the key frame before it, or of images between key frames against the map as
+  // it is; 0: unknown. Roots of the sums of three variances.
   double sigma_position = 0;  ///< survey units
   double sigma_rotation = 0;  ///< radians
 };
@@ -101,7 +104,7 @@ inline constexpr std::array kWeaknesses{Weakness::few_tie_points, Weakness::one_
                                         Weakness::bright};
 std::string_view to_string(Weakness weakness);
 
-/// Per image, for health.csv and the page.
+/// Per image, for health.csv.
 struct Health {
   std::uint32_t tie_points = 0;
   std::array<std::uint32_t, 4> by_quadrant{};  ///< top left, top right, bottom left, bottom right
@@ -150,7 +153,7 @@ struct Orientation {
   /// Key frames that odometry will not change any more, each once, in order.
   std::vector<std::shared_ptr<const SettledKeyFrame>> settled;
   Health health;
-  std::vector<ImageHealth> later_health;  ///< of earlier images that only this shot gave poses
+  std::vector<ImageHealth> later_health;  ///< of earlier images, known only with this shot
   std::vector<Alert> alerts;
 };
 

@@ -8,7 +8,6 @@
 #include <memory>
 #include <opencv2/core/mat.hpp>
 #include <span>
-#include <string_view>
 #include <vector>
 
 namespace nadir::image_io {
@@ -26,10 +25,8 @@ enum class PngEffort {
           ///< gains 1 %
 };
 
-/// CV_8UC1, CV_8UC3 BGR, CV_8UC4 BGRA (alpha not premultiplied) or CV_16UC1. A description
-/// (Latin-1, may be empty) is kept in the file.
-std::vector<std::uint8_t> encode_png(const cv::Mat& image, PngEffort effort = PngEffort::fast,
-                                     std::string_view description = {});
+/// CV_8UC1, CV_8UC3 BGR, CV_8UC4 BGRA (alpha not premultiplied) or CV_16UC1.
+std::vector<std::uint8_t> encode_png(const cv::Mat& image, PngEffort effort = PngEffort::fast);
 
 /// A PNG written strip by strip, for a raster too large for memory. The sink takes each
 /// piece of the file in order, returns false when it could not, and must not throw; after that

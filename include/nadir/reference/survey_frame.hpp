@@ -85,6 +85,11 @@ class SurveyFrame {
     std::optional<double> depth;  ///< of the vehicle below the surface, metres
     std::optional<Attitude> attitude;
   };
+  struct Turn {
+    Time time = 0;
+    double yaw = 0;     ///< of the AHRS
+    double turned = 0;  ///< since the last pose, about the survey frame's z
+  };
 
   std::optional<Plane> plane_seen_from_above(const Window& initial) const;
   bool is_wall(const Eigen::Quaterniond& leveled, const std::optional<Plane>& plane,
@@ -92,7 +97,8 @@ class SurveyFrame {
   Eigen::Quaterniond upright(const Window& initial, const std::optional<Plane>& plane) const;
   void leave_out_attitude();
   void check_attitude(const Orientation& orientation);
-  double turn_since_last(const Frame& frame) const;
+  void follow_heading(const Frame& frame);
+  double turned_by(Time time) const;
   Eigen::Vector3d reckoned_position(const Frame& frame) const;
   Eigen::Quaterniond reckoned_rotation(const Frame& frame) const;
 
@@ -101,6 +107,7 @@ class SurveyFrame {
   SurveyAxes axes_ = SurveyAxes::none;
   Scale scale_;
   std::optional<LastSeen> last_;
+  std::vector<Turn> turns_;  ///< of the images since last_, as long as they are reckoned on
   ScaleClaims claims_;
   AttitudeCheck attitude_check_;
   std::map<std::uint64_t, AttitudeSample> attitudes_;  ///< by image, of those without a pose yet
