@@ -239,6 +239,7 @@ void Graph::pass_on(Orientation orientation) {
   std::vector<Alert> conflicts = survey_.observe(orientation);
   std::ranges::move(conflicts, std::back_inserter(orientation.alerts));
   orientation.dead_reckoned = survey_.dead_reckon(orientation);
+  orientation.axes = survey_.axes();
   if (windows_skipped_ > 0) orientation.alerts.push_back(skipped(orientation, windows_skipped_));
   Settlement settlement;
   if (orientation.shot) {

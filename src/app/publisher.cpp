@@ -87,9 +87,10 @@ void Publisher::publish(const Orientation& orientation) {
     }
     const auto corrected = scales_.find(orientation.window->submap);
     state_.scale = corrected == scales_.end() ? orientation.window->scale : corrected->second;
-    state_.axes = orientation.window->axes;
+    if (orientation.axes == SurveyAxes::none) state_.axes = orientation.window->axes;
     ++state_.windows;
   }
+  if (orientation.axes != SurveyAxes::none) state_.axes = orientation.axes;
   state_.tracking = orientation.state;
   state_.submap = orientation.submap;
   state_.oriented = poses_.size();

@@ -92,6 +92,8 @@ std::string_view to_string(SurveyAxes axes) {
       return "first_camera";
     case SurveyAxes::poses:
       return "poses";
+    case SurveyAxes::doubtful:
+      return "doubtful";
   }
   return "unknown";
 }

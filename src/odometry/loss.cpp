@@ -28,6 +28,24 @@ Alert no_map_alert(const Frame& last) {
           "take more images while moving over the ground, with at least 60 % overlap"};
 }
 
+Alert no_map_yet_alert(const Frame& newest, StartTrouble trouble) {
+  Alert alert{newest.time,
+              newest.image,
+              AlertKind::tracking_lost,
+              "image " + std::to_string(newest.image) + ": no map yet: ",
+              {}};
+  if (trouble == StartTrouble::no_motion) {
+    alert.message += "the camera hardly moves over the ground";
+    alert.remedy = "move on over the ground; the map starts by itself";
+  } else {
+    alert.message += "the images do not fit each other as views of one ground";
+    alert.remedy =
+        "move sideways over the ground, with at least 60 % overlap; check the calibration with "
+        "nadir check-calibration";
+  }
+  return alert;
+}
+
 Alert loss_alert(const View& view, LossReason reason, const Config& config) {
   const Frame& frame = *view.frame;
   Alert alert{frame.time,

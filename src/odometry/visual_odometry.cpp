@@ -76,9 +76,12 @@ struct VisualOdometry::State {
   std::uint64_t next_id = 0;
   std::optional<std::uint64_t> last_central;  ///< central image of the last window published
 
-  Views waiting;         ///< images that may still be oriented once a map starts
-  Views key_images;      ///< those of them to start it from
-  bool alerted = false;  ///< of this loss
+  Views waiting;             ///< images that may still be oriented once a map starts
+  Views key_images;          ///< those of them to start it from
+  bool alerted = false;      ///< of this loss
+  bool unfit = false;        ///< key images moved but gave no map
+  Time searching_since = 0;  ///< of the first of the images since which there is no map
+  std::uint64_t searched = 0;
 
   void process(const std::shared_ptr<const View>& view, Orientation& out);
   void follow(const std::shared_ptr<const View>& view, Orientation& out);
@@ -90,6 +93,7 @@ struct VisualOdometry::State {
   bool start_early(Orientation& out);
   std::size_t images_to_start() const;
   void give_up_waiting(Orientation& out);
+  void tell_of_no_map(const View& view, Orientation& out);
 
   void accept(const std::shared_ptr<const View>& view, const Resection& resection,
               Orientation& out);
@@ -103,12 +107,26 @@ void VisualOdometry::State::process(const std::shared_ptr<const View>& view, Ori
   switch (tracking) {
     case TrackingState::waiting:
     case TrackingState::initialising:
-      return gather(view, out);
+      gather(view, out);
+      return tell_of_no_map(*view, out);
     case TrackingState::tracking:
       return follow(view, out);
     case TrackingState::lost:
       return recover(view, out);
   }
+}
+
+// A dive that begins without a map must not look like one that goes well.
+void VisualOdometry::State::tell_of_no_map(const View& view, Orientation& out) {
+  constexpr Time kPatience = 10'000'000'000;
+  constexpr std::uint64_t kFewest = 10;
+  if (tracking == TrackingState::tracking) return;
+  if (searched++ == 0) searching_since = view.frame->time;
+  const bool long_since = searched >= kFewest && view.frame->time - searching_since >= kPatience;
+  if (alerted || !(long_since || !out.lost.empty())) return;
+  alerted = true;
+  out.alerts.push_back(
+      no_map_yet_alert(*view.frame, unfit ? StartTrouble::no_fit : StartTrouble::no_motion));
 }
 
 void VisualOdometry::State::follow(const std::shared_ptr<const View>& view, Orientation& out) {
@@ -199,7 +217,8 @@ void VisualOdometry::State::wait(const std::shared_ptr<const View>& view, Orient
 
 bool VisualOdometry::State::start(Orientation& out) {
   auto started = start_map(key_images, config);
-  if (!started) return false;
+  unfit = !started;
+  if (unfit) return false;
   if (map) append(out.settled, retire_all(*map));
   map = std::move(started);
   map->submap = next_submap++;
@@ -222,9 +241,12 @@ bool VisualOdometry::State::start(Orientation& out) {
                               (placed.uncertain ? ", its place is uncertain" : ""),
                           "it is mapped apart from what came before; swim back to the last good "
                           "ground to go on there"});
+  }
+  if (alerted) {
     out.alerts.push_back({out.shot ? out.shot->time : first.time,
                           out.shot ? out.shot->image : first.image, AlertKind::tracking_recovered,
-                          "tracking again in a new sub-map", "none needed"});
+                          map->submap > 0 ? "tracking again in a new sub-map" : "a map was started",
+                          "none needed"});
   }
   tracking = TrackingState::tracking;
   std::erase_if(waiting, [&](const auto& v) {
@@ -276,6 +298,7 @@ void VisualOdometry::State::give_up_waiting(Orientation& out) {
   for (const auto& v : waiting) out.lost.push_back(v->frame->image);
   waiting.clear();
   key_images.clear();
+  unfit = false;
   if (tracking == TrackingState::initialising) tracking = TrackingState::waiting;
 }
 

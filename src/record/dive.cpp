@@ -76,8 +76,10 @@ std::string describe(Condition from, Condition to, int error, std::uint64_t unsa
     case Condition::saving:
       break;
   }
-  return from == Condition::paused ? "recording again; images not recorded: " + count
-                                   : "projected images are saved again; not saved: " + count;
+  return from == Condition::paused
+             ? "recording again; images not recorded: " + count
+             : "projected images are saved again; not saved: " + count +
+                   ", which a correction or recovery of the mosaics will lack";
 }
 
 Alert storage_alert(const Facts& facts, std::string message, bool trouble) {
@@ -145,7 +147,15 @@ std::vector<Alert> Dive::State::make_files(const nlohmann::json& rates) {
   const double area = covered_area(ledger, tiles);
   const int error = write_summary(disk, folder, summary(ledger, area, outcome.stamps, rates));
   if (error != 0) return {unfinished("dive.json: " + std::string(record::describe(error)))};
-  return {};
+  std::vector<Alert> lacking;
+  if (is_moved(ledger)) {
+    for (const std::string& mosaic : incomplete_mosaics(ledger)) {
+      lacking.push_back({0, std::nullopt, AlertKind::storage,
+                         "made again from corrected poses, " + mosaic,
+                         "replay the images into a folder with more space"});
+    }
+  }
+  return lacking;
 }
 
 int Dive::State::save_projected(const Entry& entry, Facts& facts) {

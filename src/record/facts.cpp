@@ -132,8 +132,8 @@ template <class Archive>
 void fields(Archive& archive, Is<Facts> auto& facts) {
   archive(facts.of_shot, facts.image, facts.time, facts.name, facts.rejected, facts.dropped_before,
           facts.state, facts.submap, facts.poses, facts.lost, facts.dead_reckoned, facts.health,
-          facts.later_health, facts.window, facts.plane, facts.grid, facts.mosaic, facts.projected,
-          facts.tiles, facts.alerts, facts.corrections, facts.joins, facts.scales);
+          facts.later_health, facts.axes, facts.window, facts.plane, facts.grid, facts.mosaic,
+          facts.projected, facts.tiles, facts.alerts, facts.corrections, facts.joins, facts.scales);
 }
 
 namespace {
@@ -186,6 +186,7 @@ void add(const Orientation& orientation, Facts& facts) {
   if (reckoned && reckoned->survey_from_camera.is_finite()) facts.dead_reckoned = reckoned;
   facts.health = orientation.health;
   facts.later_health = orientation.later_health;
+  facts.axes = orientation.axes;
   if (orientation.window) facts.window = facts_of(*orientation.window);
   append(facts.alerts, orientation.alerts);
 }

@@ -58,6 +58,7 @@ struct Facts {
   std::optional<DeadReckoned> dead_reckoned;
   Health health;
   std::vector<ImageHealth> later_health;
+  SurveyAxes axes = SurveyAxes::none;  ///< of the survey; none: as of the window
   std::optional<WindowFacts> window;
   std::optional<Plane> plane;
   std::optional<Grid> grid;

@@ -15,8 +15,8 @@ namespace nadir::record {
 namespace {
 
 constexpr std::array<char, 8> kSegmentMagic{'N', 'A', 'D', 'I', 'R', 'J', 'N', 'L'};
-constexpr std::uint32_t kVersion = 4;
-constexpr std::size_t kSegmentHeader = 24;
+constexpr std::uint32_t kVersion = 5;
+constexpr std::size_t kSegmentHead = 24, kSegmentHeader = 28;  // without and with its checksum
 constexpr std::array<char, 4> kRecordMagic{'N', 'D', 'R', 'C'};
 constexpr std::size_t kRecordHeader = 24;
 constexpr std::uint32_t kLargestPayload = 1u << 28;
@@ -29,7 +29,12 @@ Bytes segment_header(std::uint32_t number, std::uint64_t first_sequence) {
   Encoder header;
   header.raw(kSegmentMagic.data(), kSegmentMagic.size());
   header(kVersion, number, first_sequence);
-  return header.take();
+  Bytes bytes = header.take();
+  Encoder sum;
+  sum(libdeflate_crc32(0, bytes.data(), bytes.size()));
+  const Bytes checksum = sum.take();
+  bytes.insert(bytes.end(), checksum.begin(), checksum.end());
+  return bytes;
 }
 
 std::uint32_t checksum(std::uint32_t size, RecordType type, std::uint64_t sequence,
@@ -131,17 +136,21 @@ bool JournalReader::open_segment() {
   Bytes header(kSegmentHeader);
   file_.read(reinterpret_cast<char*>(header.data()), kSegmentHeader);
   std::array<char, 8> magic{};
-  std::uint32_t version = 0, number = 0;
+  std::uint32_t version = 0, number = 0, sum = 0;
   std::uint64_t first_sequence = 0;
   Decoder decoder(header);
-  decoder(magic, version, number, first_sequence);
+  decoder(magic, version, number, first_sequence, sum);
   following_.reset();
   if (next_segment_ == 1) following_ = 0;
   if (!file_ || magic != kSegmentMagic) return true;  // damaged: its records may still be whole
+  // Up to version 4 the first record follows without a checksum.
+  const bool unsummed = std::equal(kRecordMagic.begin(), kRecordMagic.end(),
+                                   header.begin() + static_cast<std::ptrdiff_t>(kSegmentHead));
+  if (!unsummed && sum != libdeflate_crc32(0, header.data(), kSegmentHead)) return true;
   if (version > kVersion) {
     throw InputError(name.string() + ": written by a later version of nadir; use that one");
   }
-  if (version < kVersion) {
+  if (unsummed || version < kVersion) {
     throw InputError(name.string() + ": written by an earlier version of nadir; use that one");
   }
   following_ = first_sequence;

@@ -69,6 +69,7 @@ void add_facts(const Facts& facts, std::uint64_t sequence, Ledger& ledger) {
   if (facts.of_shot) add_shot(facts, ledger);
   add_orientation(facts, ledger);
   if (facts.window) add_window(*facts.window, sequence, ledger);
+  if (facts.axes != SurveyAxes::none) ledger.axes = facts.axes;
   if (facts.grid) add_grid(*facts.grid, ledger);
   if (facts.mosaic) {
     ledger.mosaics.emplace(facts.mosaic->mosaic, *facts.mosaic);
@@ -78,6 +79,9 @@ void add_facts(const Facts& facts, std::uint64_t sequence, Ledger& ledger) {
   if (facts.projected && facts.mosaic && facts.plane) {
     ledger.projected.push_back({*facts.projected, facts.mosaic->submap, *facts.plane});
     ledger.mosaic_first_image.try_emplace(facts.mosaic->mosaic, facts.projected->image);
+  }
+  if (facts.mosaic && !facts.tiles.empty() && !facts.projected) {
+    ++ledger.unsaved[facts.mosaic->mosaic];
   }
   ledger.tiles.insert(facts.tiles.begin(), facts.tiles.end());
   ledger.alerts.insert(ledger.alerts.end(), facts.alerts.begin(), facts.alerts.end());

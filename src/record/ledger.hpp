@@ -45,8 +45,8 @@ struct ImageCounts {
 
 // NOLINTNEXTLINE(bugprone-exception-escape): moving a map throws nothing here
 struct Ledger {
-  nlohmann::json about;                ///< what was known when the dive began
-  SurveyAxes axes = SurveyAxes::none;  ///< of the first window
+  nlohmann::json about;  ///< what was known when the dive began
+  SurveyAxes axes = SurveyAxes::none;
   std::map<std::uint64_t, ImageFacts> images;
   std::vector<Alert> alerts;
   /// Id of a tie point to the sequence of the record with its newest state.
@@ -59,6 +59,7 @@ struct Ledger {
   std::map<std::uint32_t, MosaicGrid> mosaics;
   std::map<std::uint32_t, std::uint64_t> mosaic_seen_first;   ///< the image that began it
   std::map<std::uint32_t, std::uint64_t> mosaic_first_image;  ///< the first that was saved
+  std::map<std::uint32_t, std::uint64_t> unsaved;  ///< by mosaic, images in it without a file
   std::set<TilePlace> tiles;
   std::vector<ProjectedFacts> projected;
   Corrections corrections;

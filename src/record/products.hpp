@@ -37,6 +37,10 @@ bool is_moved(const Ledger& ledger);
 /// left out.
 MosaicTiles rebuilt_tiles(const path& dive, Ledger& ledger);
 
+/// Of the mosaics that can only be made again without some of their images, whose files could not
+/// be saved.
+std::vector<std::string> incomplete_mosaics(const Ledger& ledger);
+
 /// Covered by the mosaics, in square survey units; ground in two of them counts twice.
 double covered_area(const Ledger& ledger, const MosaicTiles& tiles);
 

@@ -12,6 +12,7 @@
 #include "nadir/mosaic2d/mosaic.hpp"
 #include "products.hpp"
 #include "projected_folder.hpp"
+#include "text.hpp"
 
 namespace nadir::record {
 namespace {
@@ -58,6 +59,16 @@ MosaicTiles rebuilt_tiles(const path& dive, Ledger& ledger) {
     for (const auto& [place, tile] : tiles) ledger.tiles.insert(place);
   }
   return tiles;
+}
+
+std::vector<std::string> incomplete_mosaics(const Ledger& ledger) {
+  std::vector<std::string> mosaics;
+  for (const auto& [mosaic, unsaved] : ledger.unsaved) {
+    if (!ledger.mosaic_first_image.contains(mosaic)) continue;
+    mosaics.push_back("mosaic2d/mosaic-" + padded(mosaic, 3) + ".png: lacks " +
+                      std::to_string(unsaved) + " of its images, whose files could not be saved");
+  }
+  return mosaics;
 }
 
 }  // namespace nadir::record

@@ -136,6 +136,7 @@ Recovery recover(const path& dive, Disk& disk) {
   const MosaicTiles tiles = rebuild ? rebuilt_tiles(dive, ledger) : MosaicTiles();
   const Outcome outcome = make_products(disk, dive, ledger, tiles, found.whole, found.changed);
   note_failures(previous, outcome, recovery);
+  if (rebuild) std::ranges::move(incomplete_mosaics(ledger), std::back_inserter(recovery.damaged));
   const bool changed = !recovery.was_complete || !outcome.made.empty();
   if (changed && outcome.failed.empty()) {
     const double area = rebuild ? covered_area(ledger, tiles) : previous.area;

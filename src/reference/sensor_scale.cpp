@@ -29,6 +29,9 @@ constexpr double kDepthScatter_m = 0.5;   // waves above a gauge make less
 constexpr double kAltitudeFloor = 0.02, kLeverArm_m = 0.05;
 constexpr double kDepthFloor = 0.01;
 constexpr double kUsefulSigma = 0.05;
+// Between these a camera sees ground under water: nearer than its focus and its housing, farther
+// than the clearest water.
+constexpr double kNearest_m = 0.1, kFarthest_m = 100;
 
 // Neighbours in time are alike (relief, waves): so many count as one.
 constexpr double kAlike = 5;
@@ -270,8 +273,10 @@ std::optional<ScaleMeasure> SensorScale::by_altitude(std::uint32_t submap) const
   }
   if (logs.size() < kMinImages) return std::nullopt;
   const double sigma = 1.25 * spread_about_median(logs) / std::sqrt(independent(logs.size()));
-  if (!(sigma < kUsefulSigma)) return std::nullopt;
-  const double floor = std::hypot(kAltitudeFloor, kLeverArm_m / median(metres));
+  const double height = median(metres);
+  if (!(sigma < kUsefulSigma) || !(height > kNearest_m && height < kFarthest_m))
+    return std::nullopt;
+  const double floor = std::hypot(kAltitudeFloor, kLeverArm_m / height);
   return ScaleMeasure{std::exp(median(logs)), std::hypot(floor, sigma),
                       static_cast<std::uint32_t>(logs.size())};
 }
@@ -308,9 +313,16 @@ std::optional<SensorFault> SensorScale::altimeter_fault(std::uint32_t submap) co
                  " images, whose distance to the ground changed by " + rounded(100 * moved, 0) +
                  " %");
   }
-  std::vector<double> logs;
+  std::vector<double> logs, metres;
   for (const Altitude& a : just_enough(altitudes)) {
-    if (a.metres > 0) logs.push_back(std::log(a.metres / a.distance));
+    if (!(a.metres > 0)) continue;
+    logs.push_back(std::log(a.metres / a.distance));
+    metres.push_back(a.metres);
+  }
+  if (const double height = metres.empty() ? 1 : median(metres);
+      !(height > kNearest_m && height < kFarthest_m)) {
+    return fault(rounded(height, height < 1 ? 3 : 0) +
+                 " m to the ground, of which images under water would show nothing");
   }
   const double scatter = logs.empty() ? 0 : spread_about_median(logs);
   if (!(scatter > kAltitudeScatter) || by_altitude(submap)) return std::nullopt;
@@ -335,6 +347,11 @@ std::optional<SensorFault> SensorScale::depth_fault(std::uint32_t submap) const 
                  " images, which rose and sank by " + rounded(100 * moved / distance, 0) +
                  " % of their distance to the ground");
   }
+  constexpr double kSure = 5;  // sigma
+  const auto whole = fit_line(all_of(depths, &Depth::position), all_of(depths, &Depth::metres));
+  if (whole && depths.size() >= kFaultImages && whole->slope > kSure * whole->sigma)
+    return fault("grows while the images rise, by " + rounded(whole->slope, 2) +
+                 " m for each unit of the map");
   const auto newest = just_enough(depths);
   const auto line = fit_line(all_of(newest, &Depth::position), all_of(newest, &Depth::metres));
   if (!line || !(line->scatter > kDepthScatter_m) || by_depth(submap)) return std::nullopt;

@@ -93,7 +93,8 @@ double angle_between(const Vector3d& a, const Vector3d& b) {
 constexpr const char* kAttitudeRemedy =
     "check ahrs.csv (degrees, not radians; columns seconds, roll, pitch, yaw; signs; clock), "
     "capture.mounting_*_deg and the camera's calibration";
-constexpr const char* kWithoutAttitude = "The AHRS is left out of the map from here on";
+constexpr const char* kWithoutAttitude =
+    "The AHRS is left out from here on; up and north of the map, if by it, are not to be relied on";
 constexpr const char* kWithoutNorth =
     "Its roll and pitch stay in use; north and the headings of the map are in doubt";
 
@@ -385,6 +386,7 @@ void SurveyFrame::check_attitude(const Orientation& orientation) {
   for (const auto& [image, sample] : posed) {
     const auto contradiction = attitude_check_.observe(sample);
     if (!contradiction) continue;
+    attitude_doubtful_ = true;
     if (contradiction->of_tilt) leave_out_attitude();
     alerts_.push_back({sample.time, image, AlertKind::calibration_suspect, contradiction->message,
                        std::string(kAttitudeRemedy) + ". " +

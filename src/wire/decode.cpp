@@ -61,7 +61,7 @@ std::optional<State> decode_state(View record) {
   Reader from(record, RecordType::state);
   State state;
   state.tracking = from.choice(TrackingState::lost);
-  state.axes = from.choice(SurveyAxes::poses);
+  state.axes = from.choice(SurveyAxes::doubtful);
   state.finished = from.flag();
   state.scale.source = from.choice(ScaleSource::poses);
   state.submap = from.number<std::uint32_t>();

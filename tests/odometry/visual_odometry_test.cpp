@@ -374,6 +374,24 @@ TEST(VisualOdometry, StartsNoMapFromOnePlace) {
   EXPECT_EQ(turned.lost.size(), 6U);
 }
 
+// At one image a second, and as a film, of which images must be given up.
+TEST(VisualOdometry, TellsThatADiveStaysWithoutAMap) {
+  std::vector<Rigid3> path(40, looking_down(0, 0, 1));
+  for (const Rigid3& pose : swimming_path(8)) path.push_back(pose);
+  for (const auto& [step, told_at] : {std::pair{1.0, 10U}, {0.03, 32U}}) {
+    const Dive d =
+        dive(with_frames(film(small_rig(), path), [&](const auto&, std::size_t i, Frame& frame) {
+          frame.time = from_seconds(step * static_cast<double>(i));
+        }));
+    ASSERT_EQ(d.alerts.size(), 2U) << step;
+    EXPECT_EQ(d.alerts[0].kind, AlertKind::tracking_lost);
+    EXPECT_EQ(d.alerts[0].image, told_at);
+    EXPECT_NE(d.alerts[0].message.find("hardly moves"), std::string::npos);
+    EXPECT_EQ(d.alerts[1].kind, AlertKind::tracking_recovered);
+    EXPECT_GT(d.alerts[1].image, 40U);
+  }
+}
+
 TEST(VisualOdometry, FindsTheGroundAgainAfterSilt) {
   const auto path = swimming_path(12, 0.12);
   auto shots = film(small_rig(), path);

@@ -482,6 +482,25 @@ TEST(DiveJson, TellsTheScaleOfEverySubmapAndRecoveryDoesToo) {
   check();
 }
 
+// What gave them was found wrong on the way: not even the first mosaic has its north from it.
+TEST(DiveJson, TellsTheAxesAsLastKnown) {
+  const SmallDive small;
+  const ScratchFolder scratch;
+  {
+    Dive dive(scratch / "dive", small.info(), {});
+    for (std::uint64_t i = 0; i < 4; ++i) {
+      Entry entry = small.entry(i);
+      auto orientation = std::make_shared<Orientation>(*entry.orientation);
+      orientation->axes = i < 2 ? SurveyAxes::attitude : SurveyAxes::doubtful;
+      entry.orientation = orientation;
+      ASSERT_TRUE(dive.add(entry).empty());
+    }
+    ASSERT_TRUE(dive.finish({}).empty());
+  }
+  EXPECT_EQ(json::parse(read_text(scratch / "dive/dive.json"))["survey_axes"], "doubtful");
+  expect_said(scratch / "dive/mosaic2d/mosaic-000.png.aux.xml", "AXIS[\"x\"");
+}
+
 // Whichever of them a pair has measured.
 TEST(DiveJson, JoinedSubmapsHaveOneScale) {
   for (const int metric : {0, 1, 2}) {

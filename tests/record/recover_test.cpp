@@ -115,6 +115,31 @@ TEST_F(Recovering, MakesTheMosaicsWhereTheirFolderWasLost) {
   EXPECT_EQ(read_all(folder_).at("mosaic2d/mosaic-000.png"), before.at("mosaic2d/mosaic-000.png"));
 }
 
+// The disk had no room for two of its images: made again, the mosaic is not the same.
+TEST_F(Recovering, SaysWhichMosaicsLackImages) {
+  {
+    Dive dive(folder_, small_.info(), {});
+    int image = 0;
+    for (Entry entry : mosaicked(small_)) {
+      if (image == 2 || image == 3) {
+        auto update = std::make_shared<MosaicUpdate>(*entry.mosaic);
+        update->projected.reset();
+        entry.mosaic = update;
+      }
+      ++image;
+      ASSERT_TRUE(dive.add(entry).empty());
+    }
+    ASSERT_TRUE(dive.finish({}).empty());
+  }
+  EXPECT_TRUE(recover(folder_).whole());
+  std::filesystem::remove(folder_ / "mosaic2d/mosaic-000.png");
+  const Recovery recovery = recover(folder_);
+  EXPECT_EQ(recovery.damaged,
+            (std::vector<std::string>{"mosaic2d/mosaic-000.png: lacks 2 of its images, whose files "
+                                      "could not be saved"}));
+  EXPECT_FALSE(recovery.whole());
+}
+
 TEST_F(Recovering, MakesAgainWhatIsMissingOrDamagedAndKeepsWhatChanged) {
   record(true);
   const auto before = read_all(folder_);

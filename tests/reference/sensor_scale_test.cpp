@@ -133,6 +133,42 @@ TEST(SensorScale, NoisyAltimeterGivesNoScaleAndIsToldOnce) {
   EXPECT_FALSE(scale.by_altitude(0));
 }
 
+// Centimetres or millimetres for metres: no ground under water is seen from there.
+TEST(SensorScale, AltimeterOfAnotherUnitGivesNoScaleAndIsToldOnce) {
+  for (const double unit : {0.01, 1000.0}) {
+    FlatGround ground{kRatio};
+    SensorScale scale(0);
+    std::vector<SensorFault> told;
+    for (int i = 0; i < 40; ++i) {
+      const double height = 2 + 0.3 * std::sin(0.4 * i);
+      const auto image = ground.image(0.2 * i, height);
+      image.frame->altitude = unit * height;
+      scale.observe(ground.orientation(image));
+      for (const SensorFault& fault : scale.new_faults(0)) told.push_back(fault);
+      EXPECT_FALSE(scale.by_altitude(0));
+    }
+    ASSERT_EQ(told.size(), 1u) << unit;
+    EXPECT_NE(told[0].message.find("m to the ground"), std::string::npos) << told[0].message;
+  }
+}
+
+TEST(SensorScale, DepthThatGrowsUpwardsIsToldOnce) {
+  FlatGround ground{kRatio};
+  SensorScale scale(0);
+  std::vector<SensorFault> told;
+  for (int i = 0; i < 60; ++i) {
+    const double height = 3 + 0.8 * std::sin(0.15 * i);
+    const auto image = ground.image(0.2 * i, height);
+    image.frame->depth = height - 18 + ground.noise(0.02);
+    scale.observe(ground.orientation(image));
+    for (const SensorFault& fault : scale.new_faults(0)) told.push_back(fault);
+  }
+  EXPECT_FALSE(scale.by_depth(0));
+  ASSERT_EQ(told.size(), 1u);
+  EXPECT_NE(told[0].message.find("grows while the images rise"), std::string::npos);
+  EXPECT_NE(told[0].remedy.find("positive down"), std::string::npos);
+}
+
 TEST(SensorScale, HangingSensorIsToldOnceTheImagesMoved) {
   FlatGround ground{kRatio};
   SensorScale moving(0), level(0);

@@ -401,6 +401,7 @@ TEST(SurveyFrame, AhrsThatTurnsTheOtherWayIsToldOnceAndLeftOut) {
       EXPECT_EQ(alert.kind, AlertKind::calibration_suspect);
       EXPECT_NE(alert.message.find("in roll it turns by -"), std::string::npos);
     }
+    EXPECT_EQ(d.survey.axes(), told == 0 ? SurveyAxes::attitude : SurveyAxes::doubtful);
   }
   EXPECT_EQ(told, 1u);
 }

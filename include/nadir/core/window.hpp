@@ -40,6 +40,7 @@ enum class SurveyAxes : std::uint8_t {
   attitude,      ///< x east, y north, z up, from the AHRS
   first_camera,  ///< no plane either: z against the mean viewing direction
   poses,         ///< those of poses given by another program
+  doubtful,      ///< by an AHRS that the images contradicted later on: neither is to be relied on
 };
 std::string_view to_string(SurveyAxes axes);
 
@@ -150,6 +151,7 @@ struct Orientation {
   std::vector<std::uint64_t> lost;
   std::optional<DeadReckoned> dead_reckoned;  ///< the shot's own image while it has no pose
   std::shared_ptr<const Window> window;       ///< null when no window was completed by this shot
+  SurveyAxes axes = SurveyAxes::none;         ///< of the survey as far as known; none: as of window
   /// Key frames that odometry will not change any more, each once, in order.
   std::vector<std::shared_ptr<const SettledKeyFrame>> settled;
   Health health;

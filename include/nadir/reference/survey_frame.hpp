@@ -74,8 +74,11 @@ class SurveyFrame {
     return claims_.improved(orientation);
   }
 
-  /// Of the first sub-map; a later one's may be another, see SubmapPlacement.
-  SurveyAxes axes() const { return axes_; }
+  /// Of the first sub-map; a later one's may be another, see SubmapPlacement. Doubtful once the
+  /// AHRS that gave them was found to contradict the images.
+  SurveyAxes axes() const {
+    return attitude_doubtful_ && axes_ == SurveyAxes::attitude ? SurveyAxes::doubtful : axes_;
+  }
   Scale scale() const { return scale_; }
 
  private:
@@ -111,7 +114,8 @@ class SurveyFrame {
   ScaleClaims claims_;
   AttitudeCheck attitude_check_;
   std::map<std::uint64_t, AttitudeSample> attitudes_;  ///< by image, of those without a pose yet
-  bool attitude_fails_ = false;                        ///< roll or pitch contradict the images
+  bool attitude_doubtful_ = false;                     ///< the AHRS contradicts the images
+  bool attitude_fails_ = false;                        ///< by its roll or pitch
   std::vector<Alert> alerts_;                          ///< to be told with the next orientation
   std::optional<calibration::Lasers> beams_;
   std::optional<Alert> lasers_alert_;  ///< to be told with the first shot

@@ -11,7 +11,7 @@ export type Vec3 = readonly [number, number, number];
 
 export const TRACKING = ["waiting", "initialising", "tracking", "lost"] as const;
 export type Tracking = (typeof TRACKING)[number];
-export const AXES = ["none", "first_plane", "attitude", "first_camera", "poses"] as const;
+export const AXES = ["none", "first_plane", "attitude", "first_camera", "poses", "doubtful"] as const;
 export type Axes = (typeof AXES)[number];
 export const SCALE_SOURCES = ["none", "stereo", "laser", "typed", "altitude", "depth", "poses"] as const;
 export type ScaleSource = (typeof SCALE_SOURCES)[number];
