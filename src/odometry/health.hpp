@@ -10,7 +10,7 @@ namespace nadir::odometry {
 /// Of the picture.
 Health health_of(const View& view, const Config& config);
 
-/// Adds the image's tie points, none for an image that shows none of the map.
+/// Adds the image's tie points, and judges them.
 void count(Health& health, const Map& map, const Resection& resection, const Config& config);
 
 /// Adds those of a key frame.

@@ -108,7 +108,8 @@ void PosedImages::State::process(const std::shared_ptr<const View>& view, Orient
   const Rigid3 pose = (survey_from_given * *poses.map_from_camera[frame.image]).inverse();
   const bool blank = is_blank(*view);
   const Resection here = blank ? Resection{pose, {}, 0, 0} : measure_at(map, *view, pose, config);
-  count(out.health, map, here, config);
+  // Of what follows a key frame that has no tie points yet, none are expected.
+  if (blank || here.expected > 0) count(out.health, map, here, config);
   if (blank) return publish(own_pose(frame, here), out);
   if (brings_new_ground(*view, here)) return add(view, here, out);
   publish(own_pose(frame, here), out);
@@ -145,6 +146,7 @@ void PosedImages::State::add(const std::shared_ptr<const View>& view, const Rese
   const AdjustmentSummary summary = adjust_window(map, config.window, all, config);
   if (map.last().points.size() < kConnected) {
     set_alone();
+    count(out.health, map, {here.camera_from_map, {}, 0, 0}, config);  // until the next shares any
     publish(own_pose(*view->frame, here), out);
     retire(map, config);
     return;

@@ -76,12 +76,14 @@ struct VisualOdometry::State {
   std::uint64_t next_id = 0;
   std::optional<std::uint64_t> last_central;  ///< central image of the last window published
 
-  Views waiting;             ///< images that may still be oriented once a map starts
-  Views key_images;          ///< those of them to start it from
-  bool alerted = false;      ///< of this loss
+  Views waiting;         ///< images that may still be oriented once a map starts
+  Views key_images;      ///< those of them to start it from
+  bool alerted = false;  ///< of this loss
+  // While the first map is being started:
   bool unfit = false;        ///< key images moved but gave no map
-  Time searching_since = 0;  ///< of the first of the images since which there is no map
+  Time searching_since = 0;  ///< of the first image that showed something
   std::uint64_t searched = 0;
+  bool told_no_map = false;
 
   void process(const std::shared_ptr<const View>& view, Orientation& out);
   void follow(const std::shared_ptr<const View>& view, Orientation& out);
@@ -120,11 +122,13 @@ void VisualOdometry::State::process(const std::shared_ptr<const View>& view, Ori
 void VisualOdometry::State::tell_of_no_map(const View& view, Orientation& out) {
   constexpr Time kPatience = 10'000'000'000;
   constexpr std::uint64_t kFewest = 10;
-  if (tracking == TrackingState::tracking) return;
+  if (tracking != TrackingState::initialising) {
+    searched = 0;
+    return;
+  }
   if (searched++ == 0) searching_since = view.frame->time;
   const bool long_since = searched >= kFewest && view.frame->time - searching_since >= kPatience;
-  if (alerted || !(long_since || !out.lost.empty())) return;
-  alerted = true;
+  if (!long_since || std::exchange(told_no_map, true)) return;
   out.alerts.push_back(
       no_map_yet_alert(*view.frame, unfit ? StartTrouble::no_fit : StartTrouble::no_motion));
 }
@@ -242,7 +246,7 @@ bool VisualOdometry::State::start(Orientation& out) {
                           "it is mapped apart from what came before; swim back to the last good "
                           "ground to go on there"});
   }
-  if (alerted) {
+  if (alerted || told_no_map) {
     out.alerts.push_back({out.shot ? out.shot->time : first.time,
                           out.shot ? out.shot->image : first.image, AlertKind::tracking_recovered,
                           map->submap > 0 ? "tracking again in a new sub-map" : "a map was started",
@@ -259,7 +263,7 @@ bool VisualOdometry::State::start(Orientation& out) {
   for (int k = 0; k < images; ++k) tell_health(*map, k, config, out);
   publish_window(summary, images, out);
   orient_waiting(out);
-  alerted = false;
+  alerted = told_no_map = false;
   key_images.clear();
   return true;
 }

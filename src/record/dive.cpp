@@ -76,10 +76,9 @@ std::string describe(Condition from, Condition to, int error, std::uint64_t unsa
     case Condition::saving:
       break;
   }
-  return from == Condition::paused
-             ? "recording again; images not recorded: " + count
-             : "projected images are saved again; not saved: " + count +
-                   ", which a correction or recovery of the mosaics will lack";
+  return (from == Condition::paused ? "recording again; images not recorded: "
+                                    : "projected images are saved again; not saved: ") +
+         count + ", which a correction or recovery of the mosaics will lack";
 }
 
 Alert storage_alert(const Facts& facts, std::string message, bool trouble) {
@@ -128,7 +127,7 @@ std::vector<Alert> Dive::State::make_files(const nlohmann::json& rates) {
   Ledger ledger = read_ledger(folder);
   const std::string auxiliary = auxiliary_xml(ledger);
   for (const auto& projected_facts : ledger.projected) {
-    settle(disk, folder, projected_facts.file, auxiliary, false);
+    settle(disk, folder, projected_facts.file, auxiliary, {});
   }
   remove_leftovers(disk, folder);
   // Without projected images the tiles stay as they were made, and only their place is corrected.

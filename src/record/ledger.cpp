@@ -136,12 +136,16 @@ bool is_less_certain(const Scale& a, const Scale& b) {
   return a_known != b_known ? b_known : a.sigma > b.sigma;
 }
 
-// A sub-map is as certain as the one it was joined to, and both have one size, whichever of them
-// has told it.
+// A sub-map is as certain as the one it was joined to, and both have one size: that of a pair among
+// them, or of a measure that the map was made to fit. Any other of a member went when it joined.
 void take_from_joined(Ledger& ledger) {
   const std::set<std::uint32_t> uncertain = ledger.uncertain;
   std::map<std::uint32_t, Scale> of_map;  // by root
   for (const auto& [submap, scale] : ledger.scales) {
+    const bool is_kept = submap == root_of(submap, ledger) ||
+                         ledger.corrected_scales.contains(submap) ||
+                         scale.source == ScaleSource::stereo;
+    if (!is_kept) continue;
     const auto [found, is_first] = of_map.try_emplace(root_of(submap, ledger), scale);
     if (!is_first && is_less_certain(found->second, scale)) found->second = scale;
   }

@@ -82,16 +82,19 @@ int ProjectedFolder::make_spares() {
 }
 
 bool settle(Disk& disk, const path& dive, const ProjectedFile& file, std::string_view auxiliary,
-            bool thorough) {
+            Settling how) {
   const path name = projected_name(dive, file.image);
-  const auto keep = [&](const path& beside, std::string_view text) {
-    if (!holds(beside, text)) write_text(disk, beside, text);
-  };
-  keep(world_file_name(name), text_of(file.world));
-  keep(auxiliary_name(name), auxiliary);
-  if (is_whole(name, file, thorough)) return true;
+  const std::string world = text_of(file.world);
+  if (!holds(world_file_name(name), world)) write_text(disk, world_file_name(name), world);
+  if (const path beside = auxiliary_name(name); !holds(beside, auxiliary)) {
+    // GDAL's own programs write statistics into it.
+    if (how.keep_changed && std::filesystem::exists(beside))
+      rename_file(disk, beside, path(beside) += ".changed");
+    write_text(disk, beside, auxiliary);
+  }
+  if (is_whole(name, file, how.thorough)) return true;
   const path spare = spare_name(dive, file.spare);
-  return is_whole(spare, file, thorough) && rename_file(disk, spare, name) == 0;
+  return is_whole(spare, file, how.thorough) && rename_file(disk, spare, name) == 0;
 }
 
 path projected_name(const path& dive, std::uint64_t image) {

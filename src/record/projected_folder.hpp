@@ -29,9 +29,13 @@ class ProjectedFolder {
 
 /// Makes sure that an image the journal names has its name and its world file, as publish() would,
 /// and GDAL's auxiliary file as given. False when it is neither under its own name nor in the spare
-/// file; with thorough its content is compared too.
+/// file.
+struct Settling {
+  bool thorough = false;      ///< the image's content is compared, too
+  bool keep_changed = false;  ///< an auxiliary file that says something else becomes NAME.changed
+};
 bool settle(Disk& disk, const path& dive, const ProjectedFile& file, std::string_view auxiliary,
-            bool thorough);
+            Settling how);
 
 path projected_name(const path& dive, std::uint64_t image);
 path world_file_name(path image_name);

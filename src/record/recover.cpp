@@ -78,10 +78,11 @@ bool mosaics_are_whole(const Previous& previous, const Found& found) {
          });
 }
 
-void settle_projected(Disk& disk, const path& dive, const Ledger& ledger, Recovery& recovery) {
+void settle_projected(Disk& disk, const path& dive, const Ledger& ledger, bool was_complete,
+                      Recovery& recovery) {
   const std::string auxiliary = auxiliary_xml(ledger);
   for (const auto& [file, submap, plane] : ledger.projected) {
-    if (settle(disk, dive, file, auxiliary, true)) {
+    if (settle(disk, dive, file, auxiliary, {true, was_complete})) {
       ++recovery.projected;
     } else {
       recovery.damaged.push_back("projected/" + padded(file.image, 6) + ".png");
@@ -128,7 +129,7 @@ Recovery recover(const path& dive, Disk& disk) {
   const Previous previous = read_previous(dive);
   Recovery recovery;
   count(ledger, previous, recovery);
-  settle_projected(disk, dive, ledger, recovery);
+  settle_projected(disk, dive, ledger, previous.exists, recovery);
   remove_leftovers(disk, dive);
   const Found found = find_files(dive, previous.files);
   // Corrected mosaics are always made again: the summary counts their tiles.

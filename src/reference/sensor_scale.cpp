@@ -210,6 +210,27 @@ bool has_moved(double heave, double distance, bool metric, double resolution) {
   return heave > kMoved * distance && heave > std::max(kMoved_m, kSteps * resolution);
 }
 
+// How much depth grows with each unit upwards, when it surely does: of a gauge that counts the
+// other way. Looked at now and then, for it takes all of the dive's values.
+template <class Depths>
+std::optional<double> upward(const Depths& depths) {
+  constexpr double kSure = 10;       // sigma; waves and pitch make values alike for long
+  constexpr double kLeast_m = 0.25;  // that the gauge has told
+  constexpr double kLeastMetric = 0.5;
+  if (depths.size() % kFaultImages != 0 || just_enough(depths).empty()) return std::nullopt;
+  const auto positions = all_of(depths, &Depths::value_type::position);
+  const auto line = fit_line(positions, all_of(depths, &Depths::value_type::metres));
+  if (!line || !(line->slope > kSure * line->sigma)) return std::nullopt;
+  const double distance = median(all_of(depths, &Depths::value_type::distance));
+  const double moved = range(heave(positions, distance));
+  const bool metric = depths.back().metric;
+  const double steps = resolution(depths);
+  if (!has_moved(moved, distance, metric, steps)) return std::nullopt;
+  if (!(line->slope * moved > kLeast_m) || (metric && line->slope < kLeastMetric))
+    return std::nullopt;
+  return line->slope;
+}
+
 }  // namespace
 
 // The beam looks along the vehicle's down axis.
@@ -273,9 +294,8 @@ std::optional<ScaleMeasure> SensorScale::by_altitude(std::uint32_t submap) const
   }
   if (logs.size() < kMinImages) return std::nullopt;
   const double sigma = 1.25 * spread_about_median(logs) / std::sqrt(independent(logs.size()));
-  const double height = median(metres);
-  if (!(sigma < kUsefulSigma) || !(height > kNearest_m && height < kFarthest_m))
-    return std::nullopt;
+  const double height = median(metres), told = height - altimeter_below_camera_;
+  if (!(sigma < kUsefulSigma) || !(told > kNearest_m && told < kFarthest_m)) return std::nullopt;
   const double floor = std::hypot(kAltitudeFloor, kLeverArm_m / height);
   return ScaleMeasure{std::exp(median(logs)), std::hypot(floor, sigma),
                       static_cast<std::uint32_t>(logs.size())};
@@ -319,7 +339,7 @@ std::optional<SensorFault> SensorScale::altimeter_fault(std::uint32_t submap) co
     logs.push_back(std::log(a.metres / a.distance));
     metres.push_back(a.metres);
   }
-  if (const double height = metres.empty() ? 1 : median(metres);
+  if (const double height = metres.empty() ? 1 : median(metres) - altimeter_below_camera_;
       !(height > kNearest_m && height < kFarthest_m)) {
     return fault(rounded(height, height < 1 ? 3 : 0) +
                  " m to the ground, of which images under water would show nothing");
@@ -347,11 +367,10 @@ std::optional<SensorFault> SensorScale::depth_fault(std::uint32_t submap) const 
                  " images, which rose and sank by " + rounded(100 * moved / distance, 0) +
                  " % of their distance to the ground");
   }
-  constexpr double kSure = 5;  // sigma
-  const auto whole = fit_line(all_of(depths, &Depth::position), all_of(depths, &Depth::metres));
-  if (whole && depths.size() >= kFaultImages && whole->slope > kSure * whole->sigma)
-    return fault("grows while the images rise, by " + rounded(whole->slope, 2) +
+  if (const auto slope = upward(depths)) {
+    return fault("grows while the images rise, by " + rounded(*slope, 2) +
                  " m for each unit of the map");
+  }
   const auto newest = just_enough(depths);
   const auto line = fit_line(all_of(newest, &Depth::position), all_of(newest, &Depth::metres));
   if (!line || !(line->scatter > kDepthScatter_m) || by_depth(submap)) return std::nullopt;

@@ -272,12 +272,14 @@ Eigen::Quaterniond SurveyFrame::upright(const Window& initial,
 void SurveyFrame::follow_heading(const Frame& frame) {
   if (!config_.attitude || !last_ || !last_->attitude || !frame.attitude) return;
   if (turns_.empty()) turns_.push_back({last_->pose.time, last_->attitude->yaw, 0});
-  const Turn& before = turns_.back();
+  const Turn before = turns_.back();
   const double yaw = frame.attitude->yaw;
-  const bool too_late = seconds(frame.time - last_->pose.time) > config_.dead_reckoning_max_s;
-  if (frame.time <= before.time || too_late) return;
-  turns_.push_back(
-      {frame.time, yaw, before.turned + std::remainder(before.yaw - yaw, 2 * std::numbers::pi)});
+  const Time end = last_->pose.time + from_seconds(config_.dead_reckoning_max_s);
+  if (frame.time <= before.time || before.time >= end) return;
+  const double turn = std::remainder(before.yaw - yaw, 2 * std::numbers::pi);
+  const double share = static_cast<double>(std::min(frame.time, end) - before.time) /
+                       static_cast<double>(frame.time - before.time);
+  turns_.push_back({std::min(frame.time, end), yaw, before.turned + share * turn});
 }
 
 // 0 when unknown.

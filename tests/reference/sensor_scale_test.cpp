@@ -133,9 +133,9 @@ TEST(SensorScale, NoisyAltimeterGivesNoScaleAndIsToldOnce) {
   EXPECT_FALSE(scale.by_altitude(0));
 }
 
-// Centimetres or millimetres for metres: no ground under water is seen from there.
+// Centimetres or millimetres for metres, or the other way: no ground is seen from there.
 TEST(SensorScale, AltimeterOfAnotherUnitGivesNoScaleAndIsToldOnce) {
-  for (const double unit : {0.01, 1000.0}) {
+  for (const double unit : {0.01, 100.0, 1000.0}) {
     FlatGround ground{kRatio};
     SensorScale scale(0);
     std::vector<SensorFault> told;
@@ -167,6 +167,28 @@ TEST(SensorScale, DepthThatGrowsUpwardsIsToldOnce) {
   ASSERT_EQ(told.size(), 1u);
   EXPECT_NE(told[0].message.find("grows while the images rise"), std::string::npos);
   EXPECT_NE(told[0].remedy.find("positive down"), std::string::npos);
+}
+
+// A gauge behind the camera sinks when the vehicle pitches and the camera rises; a swell lifts both
+// the water and what floats in it. Neither is a gauge that counts upwards.
+TEST(SensorScale, GoodGaugesAreNotTakenForOnesThatGrowUpwards) {
+  for (const bool metric : {false, true}) {
+    FlatGround ground{metric ? 1.0 : kRatio};
+    SensorScale pitching(0), swell(0), film(0);
+    for (int i = 0; i < 200; ++i) {
+      const double lifted = 0.2 * std::sin(0.9 * i), height = 2 + lifted;
+      auto image = ground.image(0.2 * i, height);
+      const auto seen_by = [&](SensorScale& scale, double depth) {
+        image.frame->depth = depth + ground.noise(0.01);
+        auto orientation = ground.orientation(image);
+        scale.observe(orientation);
+        EXPECT_TRUE(scale.new_faults(0).empty()) << metric << ' ' << i;
+      };
+      seen_by(pitching, 16 + 0.5 * lifted);
+      seen_by(swell, 15 + 0.1 * lifted);
+      if (i < 14) seen_by(film, 16 + lifted);  // too few to tell
+    }
+  }
 }
 
 TEST(SensorScale, HangingSensorIsToldOnceTheImagesMoved) {

@@ -257,7 +257,7 @@ TEST(SurveyFrame, ReckoningGrowsUncertainAndHoldsItsPlaceWhenTheLastMotionIsOld)
   EXPECT_GT(late->sigma_position, 10 * later->sigma_position);
   EXPECT_NEAR((late->survey_from_camera.translation - later->survey_from_camera.translation).norm(),
               0, 1e-9);
-  const auto turned = d.lost_after(61, 1);
+  const auto turned = d.lost_after(61, 1);  // long after the way ended
   ASSERT_TRUE(turned);
   EXPECT_NEAR(
       (turned->survey_from_camera.translation - later->survey_from_camera.translation).norm(), 0,

@@ -40,7 +40,8 @@ enum class SurveyAxes : std::uint8_t {
   attitude,      ///< x east, y north, z up, from the AHRS
   first_camera,  ///< no plane either: z against the mean viewing direction
   poses,         ///< those of poses given by another program
-  doubtful,      ///< by an AHRS that the images contradicted later on: neither is to be relied on
+  doubtful,      ///< by an AHRS that the images contradicted later on: north, and up where its roll
+                 ///< or pitch do, are not to be relied on
 };
 std::string_view to_string(SurveyAxes axes);
 

@@ -40,9 +40,9 @@ class SensorScale {
   std::optional<ScaleMeasure> by_depth(std::uint32_t submap) const;
 
   /// After observe(): of the altimeter or the depth gauge that hangs while the images move towards
-  /// the ground or from it, that has nothing to do with what they see, or of an altimeter without
-  /// echo; over 15 images and 5 s at least. Once each; a sensor told of gives no scale any more,
-  /// but for missing echoes.
+  /// the ground or from it, that has nothing to do with what they see, of an altimeter without echo
+  /// or in another unit, of a depth that grows upwards; over 15 images and 5 s at least. Once each;
+  /// a sensor told of gives no scale any more, but for missing echoes.
   std::vector<SensorFault> new_faults(std::uint32_t submap);
 
   /// The vertical of maps whose axes are the AHRS's proved wrong: depths say nothing from here on.
