@@ -31,7 +31,7 @@ const std::vector<std::pair<std::regex, std::set<std::string>>> kLibraries = {
     {std::regex("ceres/.*"), {"odometry", "revisit"}},
     {std::regex("libcamera/.*|linux/videodev2\\.h"), {"capture"}},
     {std::regex("GeographicLib/.*"), {"reference"}},
-    {std::regex("boost/.*"), {"serve"}},
+    {std::regex("boost/.*"), {"sensors", "serve"}},
     {std::regex("turbojpeg\\.h|png\\.h|tiffio\\.h|jpeglib\\.h|isa-l.*"), {"image_io"}},
     {std::regex("libdeflate\\.h"), {"image_io", "record"}},  // record: CRC-32
     {std::regex("yaml-cpp/.*|pugixml\\.hpp|opencv2/core/persistence\\.hpp"), {"calibration"}},
