@@ -84,11 +84,11 @@ struct FolderSource::State {
 
 namespace {
 
-std::optional<Sensor> load_log(const fs::path& file, std::vector<SensorColumn> columns,
+std::optional<Sensor> load_log(const fs::path& file, const std::vector<SensorColumn>& columns,
                                std::vector<std::string>& faults) {
   std::error_code ignored;
   if (!fs::exists(file, ignored)) return std::nullopt;
-  SensorLog log(file, std::move(columns));
+  SensorLog log(file, columns);
   const std::string name = file.filename().string();
   if (log.dropped() > 0) {
     faults.push_back(name + ": " + (log.size() == 0 ? "all " : "") + std::to_string(log.dropped()) +

@@ -3,14 +3,13 @@
 // A sensor's recorded values, interpolated at the times of images.
 #pragma once
 
-#include <array>
 #include <filesystem>
 #include <optional>
 #include <string>
 #include <utility>
 #include <vector>
 
-#include "nadir/core/time.hpp"
+#include "nadir/core/sensor_track.hpp"
 
 namespace nadir::capture {
 
@@ -23,29 +22,24 @@ struct SensorColumn {
 
 class SensorLog {
  public:
-  using Values = std::array<double, 3>;
+  using Values = SensorTrack::Values;
 
   SensorLog() = default;
   /// Reads FILE: seconds and the columns. Rows that are not finite or out of range, and all but the
   /// first of one time, are dropped and counted. Throws InputError when malformed.
-  SensorLog(const std::filesystem::path& file, std::vector<SensorColumn> columns);
+  SensorLog(const std::filesystem::path& file, const std::vector<SensorColumn>& columns);
 
-  /// Linear between the rows around it; none where they lie more than 0.5 s apart, or outside them.
-  /// Angles within [-180, 180).
-  std::optional<Values> at(Time time) const;
+  /// As SensorTrack; angles within [-180, 180).
+  std::optional<Values> at(Time time) const { return track_.at(time); }
   /// Times of the first and the last row; needs a row.
-  std::pair<Time, Time> span() const { return {rows_.front().time, rows_.back().time}; }
-  std::size_t size() const { return rows_.size(); }
+  std::pair<Time, Time> span() const {
+    return {track_.rows().front().time, track_.rows().back().time};
+  }
+  std::size_t size() const { return track_.rows().size(); }
   std::size_t dropped() const { return dropped_; }
 
  private:
-  struct Row {
-    Time time = 0;
-    Values values{};
-  };
-
-  std::vector<SensorColumn> columns_;
-  std::vector<Row> rows_;  ///< by time
+  SensorTrack track_;
   std::size_t dropped_ = 0;
 };
 
