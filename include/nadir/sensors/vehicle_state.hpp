@@ -1,0 +1,100 @@
+// SPDX-FileCopyrightText: nadir contributors
+// SPDX-License-Identifier: Apache-2.0
+// What all sensors together say of the vehicle at the time of an image.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "nadir/core/alert.hpp"
+#include "nadir/core/frame.hpp"
+#include "nadir/core/sensor_track.hpp"
+#include "nadir/sensors/reading.hpp"
+
+namespace nadir::sensors {
+
+struct Config {
+  std::string inputs;  ///< see parse_inputs; empty: no sensors but those of a folder
+
+  // How long after the moment it is true a value arrives.
+  double attitude_delay_s = 0;
+  double depth_delay_s = 0;
+  double altitude_delay_s = 0;
+
+  double surface_pressure_hpa = 1013.25;  ///< of the air, for the depth by pressure
+  double water_density = 1025;            ///< kilograms a cubic metre; lakes and pools: 1000
+  /// True minus magnetic north, east positive; used while no sensor tells it.
+  double magnetic_variation_deg = 0;
+
+  /// Throws InputError naming the setting that is out of range, or an input that is malformed.
+  void check() const;
+};
+
+enum class Quantity : std::uint8_t { tilt, heading, depth, altitude, position };
+inline constexpr std::array kQuantities{Quantity::tilt, Quantity::heading, Quantity::depth,
+                                        Quantity::altitude, Quantity::position};
+
+/// Each quantity is taken from the input that told it first, until that has been silent for 2 s.
+/// Values that change faster than a vehicle can are left out and told.
+class VehicleState {
+ public:
+  /// names: of the inputs, for alerts.
+  VehicleState(Config config, std::vector<std::string> names);
+
+  /// time: of arrival, by the clock of the images; readings of one input come in order.
+  void hear(std::size_t input, Time time, const Reading& reading);
+
+  /// Fills in attitude, depth and altitude at frame.time: interpolated, or the newest value when it
+  /// is at most 0.1 s older. Without roll and pitch, or without a heading, there is no attitude.
+  void mark(Frame& frame) const;
+
+  /// sensor_stale for what has been told before and is silent for 2 s, and for what jumps; once,
+  /// and again only after it was good for 10 s. now: by the clock of the images.
+  [[nodiscard]] std::vector<Alert> new_alerts(Time now, std::optional<std::uint64_t> image);
+
+  std::optional<Position> position(Time time) const;
+  std::optional<double> variation() const { return variation_; }  ///< as a sensor told it last
+  /// UTC minus the clock of the images, by the least delayed time a sensor has told.
+  std::optional<Time> utc_offset() const { return utc_offset_; }
+
+ private:
+  /// One quantity's values, from one source at a time: an input, and whether it told the quantity
+  /// itself or another one (pressure, magnetic heading) it is worked out from.
+  struct Channel {
+    SensorTrack track;
+    std::optional<std::size_t> source;
+    Time heard = 0;                 ///< from that source
+    int jumps = 0;                  ///< in a row
+    std::optional<Time> last_jump;  ///< when a value was left out
+    std::optional<Time> told;       ///< when it was last found wanting, once an alert said so
+  };
+
+  /// The clock of a sensor, which stamps its values, against ours. What comes is late by a varying
+  /// time: the least late is believed.
+  struct Clock {
+    std::optional<Time> offset;
+    Time arrival = 0;
+    Time time_of(Time arrival_now, Time uptime);
+  };
+
+  const Channel& channel(Quantity quantity) const {
+    return channels_[static_cast<std::size_t>(quantity)];
+  }
+  void add(Quantity quantity, std::size_t source, Time arrival, Time time,
+           const SensorTrack::Values& values);
+  void hear_heading(std::size_t input, Time arrival, Time time, const Reading& reading);
+  void hear_depth(std::size_t input, Time arrival, Time time, const Reading& reading);
+  std::optional<SensorTrack::Values> at(Quantity quantity, Time time) const;
+
+  Config config_;
+  std::vector<std::string> names_;
+  std::vector<Clock> clocks_;  ///< by input
+  std::array<Channel, kQuantities.size()> channels_;
+  std::optional<double> variation_;
+  std::optional<Time> utc_offset_;
+};
+
+}  // namespace nadir::sensors

@@ -1,0 +1,240 @@
+// SPDX-FileCopyrightText: nadir contributors
+// SPDX-License-Identifier: Apache-2.0
+#include "nadir/sensors/listener.hpp"
+
+#include <utility>  // Asio 1.74 uses it without
+
+#include <array>
+#include <atomic>
+#include <boost/asio.hpp>
+#include <chrono>
+#include <variant>
+
+#include "nadir/sensors/mavlink.hpp"
+#include "nadir/sensors/nmea.hpp"
+
+namespace nadir::sensors {
+namespace {
+
+namespace asio = boost::asio;
+using asio::ip::tcp;
+using asio::ip::udp;
+using boost::system::error_code;
+
+constexpr auto kRetry = std::chrono::seconds(1);
+
+// steady_clock is CLOCK_MONOTONIC, by which cameras stamp their images.
+Time now() { return std::chrono::steady_clock::now().time_since_epoch().count(); }
+
+struct Counters {
+  std::atomic<std::uint64_t> used = 0, unused = 0, damaged = 0;
+};
+
+/// The sentences or packets in an input's bytes.
+class Ear {
+ public:
+  Ear(Protocol protocol, Counters& counters) : protocol_(protocol), counters_(counters) {}
+
+  template <class Take>
+  void hear(std::span<const std::uint8_t> bytes, const Take& take) {
+    if (protocol_ == Protocol::nmea) {
+      hear_nmea(bytes, take);
+    } else {
+      hear_mavlink(bytes, take);
+    }
+  }
+
+  /// What came before belongs to nothing that follows.
+  void forget() {
+    lines_ = {};
+    packets_ = {};
+  }
+
+ private:
+  template <class Take>
+  void hear_nmea(std::span<const std::uint8_t> bytes, const Take& take) {
+    lines_.feed({reinterpret_cast<const char*>(bytes.data()), bytes.size()});
+    while (const auto line = lines_.next()) {
+      const NmeaSentence sentence = decode_nmea(*line);
+      if (sentence.fault == NmeaFault::none) {
+        ++counters_.used;
+        take(sentence.reading);
+      } else {
+        ++(sentence.fault == NmeaFault::unused ? counters_.unused : counters_.damaged);
+      }
+    }
+  }
+
+  template <class Take>
+  void hear_mavlink(std::span<const std::uint8_t> bytes, const Take& take) {
+    packets_.feed(bytes);
+    while (const auto packet = packets_.next()) {
+      ++counters_.used;
+      take(decode_mavlink(*packet));
+    }
+    counters_.damaged = packets_.damaged();
+  }
+
+  Protocol protocol_;
+  Counters& counters_;
+  NmeaLines lines_;
+  MavlinkReader packets_;
+};
+
+/// One input: opened, read, closed, and opened again a second later.
+class Link {
+ public:
+  Link(asio::io_context& context, std::size_t index, Input input, Listener::Callbacks& callbacks)
+      : context_(context),
+        index_(index),
+        input_(std::move(input)),
+        callbacks_(callbacks),
+        ear_(input_.protocol, counters_),
+        timer_(context),
+        resolver_(context) {}
+
+  const Counters& counters() const { return counters_; }
+
+  void open() {
+    switch (input_.transport) {
+      case Transport::serial:
+        return open_serial();
+      case Transport::udp:
+        return open_udp();
+      case Transport::tcp:
+        return open_tcp();
+    }
+  }
+
+ private:
+  void open_serial() {
+    auto& port = port_.emplace<asio::serial_port>(context_);
+    error_code error;
+    port.open(input_.address, error);
+    if (!error) port.set_option(asio::serial_port::baud_rate(input_.rate), error);
+    if (!error) port.set_option(asio::serial_port::character_size(8), error);
+    if (error) return close(error);
+    opened();
+    read(port);
+  }
+
+  void open_udp() {
+    auto& socket = port_.emplace<udp::socket>(context_);
+    error_code error;
+    const auto address = asio::ip::make_address(input_.address, error);
+    const udp::endpoint endpoint(address, static_cast<std::uint16_t>(input_.rate));
+    if (!error) socket.open(endpoint.protocol(), error);
+    if (!error) socket.bind(endpoint, error);
+    if (error) return close(error);
+    opened();
+    read(socket);
+  }
+
+  void open_tcp() {
+    auto& socket = port_.emplace<tcp::socket>(context_);
+    resolver_.async_resolve(
+        input_.address, std::to_string(input_.rate),
+        [this, &socket](error_code error, const tcp::resolver::results_type& found) {
+          if (error) return close(error);
+          asio::async_connect(socket, found,
+                              [this, &socket](error_code failure, const tcp::endpoint&) {
+                                if (failure) return close(failure);
+                                opened();
+                                read(socket);
+                              });
+        });
+  }
+
+  void read(udp::socket& socket) {
+    socket.async_receive(asio::buffer(buffer_), [this, &socket](error_code error, std::size_t n) {
+      if (error) return close(error);
+      ear_.forget();  // a datagram holds whole sentences or packets
+      take(n);
+      read(socket);
+    });
+  }
+
+  template <class Stream>
+  void read(Stream& stream) {
+    stream.async_read_some(asio::buffer(buffer_), [this, &stream](error_code error, std::size_t n) {
+      if (error) return close(error);
+      take(n);
+      read(stream);
+    });
+  }
+
+  void take(std::size_t size) {
+    const Time time = now();
+    ear_.hear(std::span(buffer_).first(size), [&](const Reading& reading) {
+      callbacks_.heard({index_, time, reading});
+    });
+  }
+
+  void opened() {
+    if (std::exchange(state_, State::open) == State::open) return;
+    callbacks_.link({index_, now(), {}});
+  }
+
+  void close(error_code error) {
+    if (error == asio::error::operation_aborted) return;
+    port_.emplace<std::monostate>();
+    ear_.forget();
+    if (std::exchange(state_, State::failed) != State::failed)
+      callbacks_.link({index_, now(), input_.name() + ": " + error.message()});
+    timer_.expires_after(kRetry);
+    timer_.async_wait([this](error_code stopped) {
+      if (!stopped) open();
+    });
+  }
+
+  enum class State { unknown, open, failed };
+
+  asio::io_context& context_;
+  std::size_t index_;
+  Input input_;
+  Listener::Callbacks& callbacks_;
+  Counters counters_;
+  Ear ear_;
+  asio::steady_timer timer_;
+  tcp::resolver resolver_;
+  std::variant<std::monostate, asio::serial_port, udp::socket, tcp::socket> port_;
+  std::array<std::uint8_t, 4096> buffer_{};
+  State state_ = State::unknown;
+};
+
+}  // namespace
+
+struct Listener::State {
+  Callbacks callbacks;
+  asio::io_context context{1};
+  std::vector<std::unique_ptr<Link>> links;
+};
+
+Listener::Listener(const std::vector<Input>& inputs, Callbacks callbacks)
+    : state_(std::make_unique<State>()) {
+  state_->callbacks = std::move(callbacks);
+  for (std::size_t i = 0; i < inputs.size(); ++i) {
+    state_->links.push_back(
+        std::make_unique<Link>(state_->context, i, inputs[i], state_->callbacks));
+  }
+}
+
+Listener::~Listener() = default;
+
+void Listener::run(std::stop_token stop) {
+  const auto idle = asio::make_work_guard(state_->context);
+  const std::stop_callback on_stop(stop, [this] { state_->context.stop(); });
+  for (const auto& link : state_->links) link->open();
+  state_->context.run();
+}
+
+std::vector<LinkCounts> Listener::counts() const {
+  std::vector<LinkCounts> counts;
+  for (const auto& link : state_->links) {
+    const Counters& own = link->counters();
+    counts.push_back({own.used, own.unused, own.damaged});
+  }
+  return counts;
+}
+
+}  // namespace nadir::sensors
