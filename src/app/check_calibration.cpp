@@ -6,7 +6,7 @@
 #include <set>
 
 #include "configured.hpp"
-#include "nadir/capture/folder_source.hpp"
+#include "nadir/capture/source.hpp"
 #include "nadir/odometry/self_calibration.hpp"
 #include "nadir/odometry/visual_odometry.hpp"
 #include "verbs.hpp"
@@ -29,7 +29,7 @@ SubmapPlacement place(const Window&, const std::vector<std::shared_ptr<const Fra
   return {};
 }
 
-Oriented orient(capture::FolderSource& source, const odometry::Config& config) {
+Oriented orient(capture::Source& source, const odometry::Config& config) {
   Oriented found;
   odometry::VisualOdometry odometry(config, place);
   std::set<std::uint64_t> oriented;
@@ -94,7 +94,8 @@ int run(const CheckCalibration& verb) {
   if (!config.reference.attitude)
     config.odometry.attitude_sigma_deg = config.odometry.heading_sigma_deg = 0;
   cv::setNumThreads(1);
-  capture::FolderSource source(verb.folder, verb.calibration, config.capture);
+  const auto opened = capture::open_survey(verb.folder, verb.calibration, config.capture);
+  capture::Source& source = *opened;
   const Oriented found = orient(source, config.odometry);
   std::printf("%zu of %zu images oriented\n", found.images, source.size());
   const auto fit = odometry::fit_calibration(found.key_frames);

@@ -9,7 +9,7 @@
 #include <variant>
 #include <vector>
 
-#include "nadir/capture/folder_source.hpp"
+#include "nadir/capture/source.hpp"
 #include "nadir/mosaic2d/mosaicker.hpp"
 #include "nadir/odometry/visual_odometry.hpp"
 #include "nadir/plane/plane_fit.hpp"

@@ -44,7 +44,7 @@ struct Dropped {
 class Graph {
  public:
   struct Ends {
-    capture::FolderSource& source;
+    capture::Source& source;
     record::Dive& dive;
     Publisher* page;
     Progress& progress;

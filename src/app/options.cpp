@@ -48,7 +48,9 @@ void add_settings(CLI::App& app, Settings& settings) {
 }
 
 void describe_replay(CLI::App& verb, Replay& replay, std::string& address, std::string& rate) {
-  verb.add_option("FOLDER", replay.folder, "survey folder, or a bare folder of images")->required();
+  verb.add_option("FOLDER", replay.folder,
+                  "survey folder, a bare folder of images, or a video file")
+      ->required();
   verb.add_option("--out", replay.dive, "dive folder to make; must not exist or be empty")
       ->type_name("DIVE")
       ->required()
@@ -107,7 +109,8 @@ void describe_simulate(CLI::App& verb, Simulate& simulate) {
 }
 
 void describe_check(CLI::App& verb, CheckCalibration& check) {
-  verb.add_option("FOLDER", check.folder, "survey folder, or a bare folder of images")->required();
+  verb.add_option("FOLDER", check.folder, "survey folder, a bare folder of images, or a video file")
+      ->required();
   verb.add_option("--calib", check.calibration, "camera file, over the folder's calib.yml")
       ->type_name("FILE");
   add_settings(verb, check.settings);
@@ -129,7 +132,8 @@ Command parse_command_line(int argc, const char* const* argv) {
   bool dump_config = false;
   app.add_flag("--dump-config", dump_config, "print every setting with its value and unit as TOML");
   add_settings(app, dump.settings);
-  auto* replay_verb = app.add_subcommand("replay", "map a folder of images into a dive folder");
+  auto* replay_verb =
+      app.add_subcommand("replay", "map a folder of images or a video into a dive folder");
   describe_replay(*replay_verb, replay, address, rate);
   auto* simulate_verb =
       app.add_subcommand("simulate", "make a survey folder of a synthetic seabed with exact truth");

@@ -41,7 +41,11 @@ nlohmann::json as_json(const Config& config) {
   return json;
 }
 
-std::optional<GivenPoses> given_poses(const Replay& replay, const capture::FolderSource& source) {
+std::optional<GivenPoses> given_poses(const Replay& replay, const capture::Source& source) {
+  if ((replay.poses || replay.colmap) && source.images().empty()) {
+    throw InputError(replay.folder.string() +
+                     ": poses belong to the images of a folder; take the images out of the video");
+  }
   if (replay.poses) return capture::read_tum(*replay.poses, source.images());
   if (replay.colmap) return capture::read_colmap_poses(*replay.colmap, source.images());
   return std::nullopt;
@@ -54,7 +58,7 @@ std::string engine(const Replay& replay) {
 }
 
 record::DiveInfo dive_info(const Replay& replay, const Config& config,
-                           const capture::FolderSource& source) {
+                           const capture::Source& source) {
   record::DiveInfo info;
   info.about = {{"input", {{"folder", replay.folder.string()}, {"images", source.size()}}},
                 {"engine", engine(replay)},
@@ -104,7 +108,8 @@ int run(const Replay& replay) {
   cv::setNumThreads(1);
   Interrupt interrupt;
   const Clock::time_point begun = Clock::now();
-  capture::FolderSource source(replay.folder, replay.calibration, config.capture);
+  const auto opened = capture::open_survey(replay.folder, replay.calibration, config.capture);
+  capture::Source& source = *opened;
   std::optional<GivenPoses> poses = given_poses(replay, source);
   std::optional<serve::WebServer> server;
   std::optional<Publisher> page;

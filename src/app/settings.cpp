@@ -100,6 +100,8 @@ std::vector<Setting> make_settings() {
               "looking ahead,"),
       setting("capture.mounting_yaw_deg", &Config::capture, &capture::Config::mounting_yaw_deg,
               "turned clockwise seen from above"),
+      setting("capture.video_rate_hz", &Config::capture, &capture::Config::video_rate_hz,
+              "images a second taken from a video; 0: all"),
       setting("odometry.initial_images", &Config::odometry, &odometry::Config::initial_images,
               "key images that start a single camera's map; 3 of pairs and where no more see its "
               "ground"),

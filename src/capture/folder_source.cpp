@@ -2,8 +2,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "nadir/capture/folder_source.hpp"
 
-#include <cmath>
-#include <numbers>
 #include <opencv2/imgproc.hpp>
 
 #include "file.hpp"
@@ -13,56 +11,11 @@
 #include "nadir/core/check.hpp"
 #include "nadir/image_io/decode.hpp"
 #include "nadir/image_io/header.hpp"
-#include "sensor_log.hpp"
-#include "sensor_silence.hpp"
+#include "survey_sensors.hpp"
 
 namespace nadir::capture {
 
 namespace fs = std::filesystem;
-
-void Config::check() const {
-  if (scale != 1 && scale != 0.5 && scale != 0.25) {
-    throw InputError("capture.scale = " + std::to_string(scale) + ": must be 1, 0.5 or 0.25");
-  }
-  for (const auto& [key, angle] : {std::pair{"roll", mounting_roll_deg},
-                                   {"pitch", mounting_pitch_deg},
-                                   {"yaw", mounting_yaw_deg}}) {
-    if (std::abs(angle) <= 180) continue;
-    throw InputError("capture.mounting_" + std::string(key) + "_deg = " + std::to_string(angle) +
-                     ": must be -180 to 180");
-  }
-}
-
-Eigen::Quaterniond Config::body_from_camera() const {
-  constexpr double kRadians = std::numbers::pi / 180;
-  const Attitude turned{kRadians * mounting_roll_deg, kRadians * mounting_pitch_deg,
-                        kRadians * mounting_yaw_deg};
-  return turned.ned_from_body() * CameraRig().body_from_camera;
-}
-
-namespace {
-
-struct Sensor {
-  std::string file;
-  SensorLog log;
-  SensorSilence silence;
-
-  std::optional<SensorLog::Values> at(const Frame& frame, std::vector<Alert>& alerts) {
-    if (log.size() == 0) return std::nullopt;
-    const auto values = log.at(frame.time);
-    if (auto alert = silence.observe(frame, values.has_value(), file, log)) {
-      alerts.push_back(*std::move(alert));
-    }
-    return values;
-  }
-
-  void finish(std::vector<Alert>& alerts) {
-    if (log.size() == 0) return;
-    if (auto alert = silence.finish(file, log)) alerts.push_back(*std::move(alert));
-  }
-};
-
-}  // namespace
 
 struct FolderSource::State {
   ImageList list;
@@ -71,33 +24,16 @@ struct FolderSource::State {
   int divisor = 1;
   std::shared_ptr<const CameraRig> rig;
   std::optional<calibration::Lasers> lasers;
-  std::optional<Sensor> attitude, depth, altitude;
-  std::vector<std::string> sensor_faults;  ///< told with the first shot
+  std::optional<SurveySensors> sensors;
   std::size_t next_image = 0;
 
   /// The fault of the pair or of one of its files, named; empty when the frame's images were read.
   std::string read_images(std::size_t image, Frame& frame) const;
-  void read_sensors(Frame& frame, std::vector<Alert>& alerts);
   /// To be called with each image, read or not.
   void finish_sensors(std::vector<Alert>& alerts);
 };
 
 namespace {
-
-std::optional<Sensor> load_log(const fs::path& file, const std::vector<SensorColumn>& columns,
-                               std::vector<std::string>& faults) {
-  std::error_code ignored;
-  if (!fs::exists(file, ignored)) return std::nullopt;
-  SensorLog log(file, columns);
-  const std::string name = file.filename().string();
-  if (log.dropped() > 0) {
-    faults.push_back(name + ": " + (log.size() == 0 ? "all " : "") + std::to_string(log.dropped()) +
-                     " rows were dropped: not finite, out of range, or of a time given before");
-  } else if (log.size() == 0) {
-    faults.push_back(name + ": holds no row");
-  }
-  return Sensor{name, std::move(log), {}};
-}
 
 CameraRig load_rig(const fs::path& folder, const std::optional<fs::path>& calibration,
                    const ImageList& list) {
@@ -180,21 +116,13 @@ FolderSource::FolderSource(const fs::path& folder, const std::optional<fs::path>
   s.rig = std::make_shared<const CameraRig>(s.full_rig.reduced(s.divisor));
   require_a_fitting_image(s.list, s.full_rig);
   s.times = image_times(folder, s.list);
-  s.attitude =
-      load_log(folder / "ahrs.csv",
-               {{"roll", -360, 360, true}, {"pitch", -180, 180, true}, {"yaw", -360, 360, true}},
-               s.sensor_faults);
-  constexpr double kDeepest = 12000;  // metres
-  s.depth = load_log(folder / "depth.csv", {{"depth", -kDeepest, kDeepest}}, s.sensor_faults);
-  s.altitude = load_log(folder / "altitude.csv", {{"altitude", 0, kDeepest}}, s.sensor_faults);
+  s.sensors.emplace(folder);
   const fs::path lasers = folder / "lasers.yml";
   std::error_code ignored;
   if (fs::exists(lasers, ignored)) s.lasers = calibration::load_lasers(lasers);
 }
 
 FolderSource::~FolderSource() = default;
-FolderSource::FolderSource(FolderSource&&) noexcept = default;
-FolderSource& FolderSource::operator=(FolderSource&&) noexcept = default;
 
 std::size_t FolderSource::size() const { return state_->list.images.size(); }
 std::vector<ListedImage> FolderSource::images() const {
@@ -208,7 +136,6 @@ std::vector<ListedImage> FolderSource::images() const {
 }
 std::shared_ptr<const CameraRig> FolderSource::rig() const { return state_->rig; }
 bool FolderSource::is_stereo() const { return state_->list.is_stereo(); }
-bool FolderSource::has_attitude() const { return state_->attitude.has_value(); }
 const std::optional<calibration::Lasers>& FolderSource::lasers() const { return state_->lasers; }
 
 std::string FolderSource::State::read_images(std::size_t image, Frame& frame) const {
@@ -233,23 +160,8 @@ std::string FolderSource::State::read_images(std::size_t image, Frame& frame) co
   return {};
 }
 
-void FolderSource::State::read_sensors(Frame& frame, std::vector<Alert>& alerts) {
-  const auto values_of = [&](std::optional<Sensor>& sensor) {
-    return sensor ? sensor->at(frame, alerts) : std::nullopt;
-  };
-  constexpr double kDegree = std::numbers::pi / 180;
-  if (const auto v = values_of(attitude)) {
-    frame.attitude = Attitude{(*v)[0] * kDegree, (*v)[1] * kDegree, (*v)[2] * kDegree};
-  }
-  if (const auto v = values_of(depth)) frame.depth = v->front();
-  if (const auto v = values_of(altitude)) frame.altitude = v->front();
-}
-
 void FolderSource::State::finish_sensors(std::vector<Alert>& alerts) {
-  if (next_image < list.images.size()) return;
-  for (std::optional<Sensor>* sensor : {&attitude, &depth, &altitude}) {
-    if (*sensor) (*sensor)->finish(alerts);
-  }
+  if (next_image == list.images.size()) sensors->finish(alerts);
 }
 
 std::optional<Shot> FolderSource::next() {
@@ -257,11 +169,7 @@ std::optional<Shot> FolderSource::next() {
   if (s.next_image == s.list.images.size()) return std::nullopt;
   const std::size_t image = s.next_image++;
   Shot shot{image, s.times[image].time, printable(s.list.stem(image)), nullptr, {}, 0};
-  for (const std::string& fault : s.sensor_faults) {
-    shot.alerts.push_back(
-        {shot.time, std::nullopt, AlertKind::sensor_stale, fault, "check the sensor's log"});
-  }
-  s.sensor_faults.clear();
+  shot.alerts = s.sensors->new_faults(shot.time);
   Frame frame;
   const std::string fault = s.read_images(image, frame);
   if (!fault.empty()) {
@@ -274,7 +182,7 @@ std::optional<Shot> FolderSource::next() {
   frame.time = shot.time;
   frame.name = shot.name;
   frame.rig = s.rig;
-  s.read_sensors(frame, shot.alerts);
+  s.sensors->read(frame, shot.alerts);
   s.finish_sensors(shot.alerts);
   shot.frame = std::make_shared<const Frame>(std::move(frame));
   return shot;

@@ -61,17 +61,20 @@ std::vector<std::uint8_t> packed(const Message& message, const Payload& payload,
                                  std::uint8_t system, std::uint8_t sequence) {
   std::span<const std::uint8_t> body = payload.bytes();
   while (body.size() > 1 && body.back() == 0) body = body.first(body.size() - 1);
-  std::vector<std::uint8_t> packet{kVersion2,
-                                   static_cast<std::uint8_t>(body.size()),
-                                   0,
-                                   0,
-                                   sequence,
-                                   system,
-                                   kOnboardComputer,
-                                   static_cast<std::uint8_t>(message.number & 0xFF),
-                                   static_cast<std::uint8_t>(message.number >> 8 & 0xFF),
-                                   static_cast<std::uint8_t>(message.number >> 16)};
-  packet.insert(packet.end(), body.begin(), body.end());
+  const std::array<std::uint8_t, kHeader2> head{
+      kVersion2,
+      static_cast<std::uint8_t>(body.size()),
+      0,
+      0,
+      sequence,
+      system,
+      kOnboardComputer,
+      static_cast<std::uint8_t>(message.number & 0xFF),
+      static_cast<std::uint8_t>(message.number >> 8 & 0xFF),
+      static_cast<std::uint8_t>(message.number >> 16)};
+  std::vector<std::uint8_t> packet(head.size() + body.size());
+  std::ranges::copy(head, packet.begin());
+  std::ranges::copy(body, packet.begin() + kHeader2);
   const std::uint16_t crc = checksum(std::span(packet).subspan(1), message.crc_extra);
   packet.push_back(static_cast<std::uint8_t>(crc & 0xFF));
   packet.push_back(static_cast<std::uint8_t>(crc >> 8));

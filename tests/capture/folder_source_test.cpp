@@ -373,15 +373,12 @@ TEST(FolderSource, RefusesAMalformedSensorFile) {
   EXPECT_THAT(refusal(folder.root()), HasSubstr("depth.csv:2:"));
 }
 
-TEST(FolderSource, KnowsWhatElseTheFolderHolds) {
+TEST(FolderSource, KnowsTheLasers) {
   const SurveyFolder folder;
   folder.images(1);
-  EXPECT_FALSE(FolderSource(folder.root(), std::nullopt, {}).has_attitude());
   EXPECT_FALSE(FolderSource(folder.root(), std::nullopt, {}).lasers());
-  folder.write("ahrs.csv", "seconds,roll,pitch,yaw\n");
   folder.write("lasers.yml", "separation_m: 0.1\n");
   const FolderSource source(folder.root(), std::nullopt, {});
-  EXPECT_TRUE(source.has_attitude());
   ASSERT_TRUE(source.lasers());
   EXPECT_EQ(source.lasers()->separation, 0.1);
 }
@@ -412,12 +409,12 @@ TEST(FolderSource, ReadsTheSharedSequences) {
     FolderSource source(data / name, std::nullopt, {0.25});
     EXPECT_EQ(source.size(), expected.images) << name;
     EXPECT_EQ(source.is_stereo(), expected.stereo) << name;
-    EXPECT_EQ(source.has_attitude(), expected.attitude) << name;
     EXPECT_EQ(source.lasers().has_value(), expected.lasers) << name;
     for (int i = 0; i < 2; ++i) {
       const auto shot = source.next();
       ASSERT_TRUE(shot && shot->frame) << name << ": " << shot->alerts[0].message;
       EXPECT_EQ(shot->frame->right.empty(), !expected.stereo) << name;
+      EXPECT_EQ(shot->frame->attitude.has_value(), expected.attitude) << name;
       EXPECT_EQ(shot->time, i == 0 ? 0 : from_seconds(expected.second_time)) << name;
       EXPECT_TRUE(i == 0 || shot->name == expected.second_name) << name;
     }
