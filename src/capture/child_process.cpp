@@ -47,7 +47,10 @@ class Start {
     sigfillset(&all);
     posix_spawnattr_setsigmask(&attributes_, &none);
     posix_spawnattr_setsigdefault(&attributes_, &all);
-    posix_spawnattr_setflags(&attributes_, POSIX_SPAWN_SETSIGMASK | POSIX_SPAWN_SETSIGDEF);
+    // A Ctrl-C is for us, who end it in our own time.
+    posix_spawnattr_setpgroup(&attributes_, 0);
+    posix_spawnattr_setflags(
+        &attributes_, POSIX_SPAWN_SETSIGMASK | POSIX_SPAWN_SETSIGDEF | POSIX_SPAWN_SETPGROUP);
   }
   ~Start() {
     posix_spawn_file_actions_destroy(&files_);
@@ -71,6 +74,7 @@ class Start {
 ChildProcess::ChildProcess(const std::vector<std::string>& command) {
   std::vector<std::string> words = command;
   std::vector<char*> arguments;
+  arguments.reserve(words.size() + 1);
   for (std::string& word : words) arguments.push_back(word.data());
   arguments.push_back(nullptr);
   const Pipe output, errors;
@@ -82,8 +86,7 @@ ChildProcess::ChildProcess(const std::vector<std::string>& command) {
   if (error != 0) {
     process_ = -1;
     end();
-    throw InputError(command.front() + ": " + std::strerror(error) +
-                     "; install it: apt-get install " + command.front());
+    throw InputError(command.front() + ": " + std::strerror(error));
   }
   fcntl(errors_, F_SETFL, O_NONBLOCK);
 }
@@ -151,7 +154,7 @@ std::optional<int> ChildProcess::end() {
       kill(process_, SIGKILL);
       waitpid(process_, &status, 0);
     }
-    if (WIFEXITED(status)) result = WEXITSTATUS(status);
+    if (ended > 0 && WIFEXITED(status)) result = WEXITSTATUS(status);
     process_ = -1;
   }
   if (errors_ >= 0) {

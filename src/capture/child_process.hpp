@@ -18,7 +18,7 @@ namespace nadir::capture {
 class ChildProcess {
  public:
   /// command: the program, searched for in PATH, and its arguments; no shell sees them. Throws
-  /// InputError when it is not installed or cannot be started.
+  /// InputError naming the fault when it cannot be started.
   explicit ChildProcess(const std::vector<std::string>& command);
   /// Kills it when it still runs.
   ~ChildProcess();

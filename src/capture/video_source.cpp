@@ -70,7 +70,9 @@ VideoInfo probe(const fs::path& video) {
     ffprobe.end();
     while (const auto line = ffprobe.next_line()) fault = *line;
   } catch (const InputError& error) {
-    throw InputError(video.string() + ": videos are decoded by ffmpeg: " + error.what());
+    throw InputError(printable(video.string()) +
+                     ": videos are decoded by ffmpeg, which cannot be run (" + error.what() +
+                     "); install it: apt-get install ffmpeg");
   }
   std::map<std::string, std::string> values;
   for (std::size_t begin = 0; begin < text.size();) {
@@ -96,9 +98,12 @@ VideoInfo probe(const fs::path& video) {
 std::vector<std::string> decoding(const fs::path& video, double rate_hz) {
   // Images of a camera are never exactly as far apart as asked for.
   constexpr double kSlack = 0.95;
-  const std::string filter = rate_hz > 0 ? "select='isnan(prev_selected_t)+gte(t-prev_selected_t," +
-                                               std::to_string(kSlack / rate_hz) + ")',showinfo"
-                                         : "showinfo";
+  // Microseconds, since showinfo rounds seconds to six digits.
+  std::string filter = "settb=1/1000000,showinfo";
+  if (rate_hz > 0) {
+    filter = "select='isnan(prev_selected_t)+gte(t-prev_selected_t," +
+             std::to_string(kSlack / rate_hz) + ")'," + filter;
+  }
   std::vector<std::string> command{"ffmpeg", "-nostdin", "-hide_banner", "-nostats",
                                    "-noautorotate"};
   std::ranges::move(input_of(video), std::back_inserter(command));
@@ -132,17 +137,27 @@ struct VideoSource::State {
   void finish(std::vector<Alert>& alerts);
 };
 
-// showinfo writes a line before each image.
+// showinfo writes a line before each image: [Parsed_showinfo_2 @ 0x55] n:   7 pts: 1400000 ...
 std::optional<Time> VideoSource::State::time_of_next() {
-  constexpr std::string_view kKey = " pts_time:";
+  constexpr std::string_view kBegin = "[Parsed_showinfo";
   while (const auto line = ffmpeg->next_line()) {
-    const std::size_t key = line->find(kKey);
-    if (key == line->npos) {
-      last_line = *line;
-      continue;
-    }
-    const auto s = number(std::string_view(*line).substr(key + kKey.size()));
-    if (s && std::abs(*s) < 1e9) return from_seconds(*s);
+    const auto value = [&](std::string_view key) -> std::optional<std::int64_t> {
+      const std::size_t at = line->find(key);
+      const std::size_t first =
+          at == line->npos ? at : line->find_first_not_of(' ', at + key.size());
+      if (first == line->npos) return std::nullopt;
+      std::int64_t whole = 0;
+      const char* end = line->data() + line->size();
+      const auto [stop, error] = std::from_chars(line->data() + first, end, whole);
+      return error == std::errc() ? std::optional(whole) : std::nullopt;
+    };
+    const bool is_image = line->starts_with(kBegin);
+    const auto number = is_image ? value(" n:") : std::nullopt;
+    if (!is_image) last_line = *line;
+    if (!number || static_cast<std::uint64_t>(*number) != next_image) continue;
+    constexpr std::int64_t kLongest = 1'000'000'000'000'000;  // microseconds, 32 years
+    const auto us = value(" pts:");
+    return us && std::abs(*us) < kLongest ? std::optional(*us * 1000) : std::nullopt;
   }
   return std::nullopt;
 }
@@ -157,7 +172,8 @@ VideoSource::VideoSource(const fs::path& video, const std::optional<fs::path>& c
   const fs::path file = calibration.value_or(folder / "calib.yml");
   std::error_code ignored;
   if (!fs::exists(file, ignored))
-    throw InputError(file.string() + ": there is no calibration; add it, or give --calib FILE");
+    throw InputError(printable(file.string()) +
+                     ": there is no calibration; add it, or give --calib FILE");
   s.full_rig = calibration::load_rig(file);
   s.full_rig.right.reset();
   s.full_rig.body_from_camera = config.body_from_camera();

@@ -4,6 +4,9 @@
 
 #include <utility>  // Asio 1.74 uses it without
 
+#include <netinet/tcp.h>
+#include <sys/socket.h>
+
 #include <array>
 #include <atomic>
 #include <boost/asio.hpp>
@@ -21,7 +24,7 @@ using asio::ip::tcp;
 using asio::ip::udp;
 using boost::system::error_code;
 
-constexpr auto kRetry = std::chrono::seconds(1);
+constexpr auto kRetry = std::chrono::seconds(1), kPatience = std::chrono::seconds(5);
 
 // steady_clock is CLOCK_MONOTONIC, by which cameras stamp their images.
 Time now() { return std::chrono::steady_clock::now().time_since_epoch().count(); }
@@ -44,10 +47,19 @@ class Ear {
     }
   }
 
-  /// What came before belongs to nothing that follows.
+  /// A line that has no end ends here.
+  template <class Take>
+  void end(const Take& take) {
+    constexpr std::uint8_t kEnd = '\n';
+    hear({&kEnd, 1}, take);
+    forget();
+  }
+
+  /// What came belongs to nothing that follows.
   void forget() {
     lines_ = {};
     packets_ = {};
+    damaged_ = 0;
   }
 
  private:
@@ -72,13 +84,14 @@ class Ear {
       ++counters_.used;
       take(decode_mavlink(*packet));
     }
-    counters_.damaged = packets_.damaged();
+    counters_.damaged += packets_.damaged() - std::exchange(damaged_, packets_.damaged());
   }
 
   Protocol protocol_;
   Counters& counters_;
   NmeaLines lines_;
   MavlinkReader packets_;
+  std::uint64_t damaged_ = 0;  ///< of packets_, as far as counted
 };
 
 /// One input: opened, read, closed, and opened again a second later.
@@ -112,7 +125,14 @@ class Link {
     error_code error;
     port.open(input_.address, error);
     if (!error) port.set_option(asio::serial_port::baud_rate(input_.rate), error);
-    if (!error) port.set_option(asio::serial_port::character_size(8), error);
+    using asio::serial_port_base;
+    const auto set = [&](const auto& option) {
+      if (!error) port.set_option(option, error);
+    };
+    set(serial_port_base::character_size(8));
+    set(serial_port_base::parity(serial_port_base::parity::none));
+    set(serial_port_base::stop_bits(serial_port_base::stop_bits::one));
+    set(serial_port_base::flow_control(serial_port_base::flow_control::none));
     if (error) return close(error);
     opened();
     read(port);
@@ -131,25 +151,54 @@ class Link {
   }
 
   void open_tcp() {
+    timer_.expires_after(kPatience);
+    timer_.async_wait([this, attempt = ++attempt_](error_code stopped) {
+      if (!stopped && attempt == attempt_) close(asio::error::timed_out);
+    });
     auto& socket = port_.emplace<tcp::socket>(context_);
-    resolver_.async_resolve(
-        input_.address, std::to_string(input_.rate),
-        [this, &socket](error_code error, const tcp::resolver::results_type& found) {
-          if (error) return close(error);
-          asio::async_connect(socket, found,
-                              [this, &socket](error_code failure, const tcp::endpoint&) {
-                                if (failure) return close(failure);
-                                opened();
-                                read(socket);
-                              });
-        });
+    error_code named;
+    const auto address = asio::ip::make_address(input_.address, named);
+    const auto port = static_cast<std::uint16_t>(input_.rate);
+    // A name is looked up on a thread of its own, for which the end waits.
+    if (!named) return connect(socket, std::array{tcp::endpoint(address, port)});
+    resolver_.async_resolve(input_.address, std::to_string(input_.rate),
+                            [this, attempt = attempt_](error_code error, const auto& found) {
+                              if (attempt != attempt_) return;
+                              if (error) return close(error);
+                              connect(std::get<tcp::socket>(port_), found);
+                            });
+  }
+
+  template <class Endpoints>
+  void connect(tcp::socket& socket, const Endpoints& endpoints) {
+    asio::async_connect(socket, endpoints,
+                        [this, attempt = attempt_](error_code error, const tcp::endpoint&) {
+                          if (attempt != attempt_) return;  // too late: its socket is gone
+                          if (error) return close(error);
+                          ++attempt_;  // it is in time
+                          timer_.cancel();
+                          notice_lost_peers(std::get<tcp::socket>(port_));
+                          opened();
+                          read(std::get<tcp::socket>(port_));
+                        });
+  }
+
+  // A peer without power says nothing, not even that it is gone.
+  static void notice_lost_peers(tcp::socket& socket) {
+    const auto set = [&](int level, int name, int value) {
+      setsockopt(socket.native_handle(), level, name, &value, sizeof value);
+    };
+    set(SOL_SOCKET, SO_KEEPALIVE, 1);
+    set(IPPROTO_TCP, TCP_KEEPIDLE, 5);
+    set(IPPROTO_TCP, TCP_KEEPINTVL, 2);
+    set(IPPROTO_TCP, TCP_KEEPCNT, 3);
   }
 
   void read(udp::socket& socket) {
     socket.async_receive(asio::buffer(buffer_), [this, &socket](error_code error, std::size_t n) {
       if (error) return close(error);
-      ear_.forget();  // a datagram holds whole sentences or packets
       take(n);
+      end();  // a datagram holds whole sentences or packets
       read(socket);
     });
   }
@@ -170,6 +219,11 @@ class Link {
     });
   }
 
+  void end() {
+    const Time time = now();
+    ear_.end([&](const Reading& reading) { callbacks_.heard({index_, time, reading}); });
+  }
+
   void opened() {
     if (std::exchange(state_, State::open) == State::open) return;
     callbacks_.link({index_, now(), {}});
@@ -178,6 +232,7 @@ class Link {
   void close(error_code error) {
     if (error == asio::error::operation_aborted) return;
     port_.emplace<std::monostate>();
+    ++attempt_;
     ear_.forget();
     if (std::exchange(state_, State::failed) != State::failed)
       callbacks_.link({index_, now(), input_.name() + ": " + error.message()});
@@ -200,6 +255,7 @@ class Link {
   std::variant<std::monostate, asio::serial_port, udp::socket, tcp::socket> port_;
   std::array<std::uint8_t, 4096> buffer_{};
   State state_ = State::unknown;
+  std::uint64_t attempt_ = 0;  ///< to connect; what belongs to an earlier one comes too late
 };
 
 }  // namespace
@@ -221,7 +277,7 @@ Listener::Listener(const std::vector<Input>& inputs, Callbacks callbacks)
 
 Listener::~Listener() = default;
 
-void Listener::run(std::stop_token stop) {
+void Listener::run(const std::stop_token& stop) {
   const auto idle = asio::make_work_guard(state_->context);
   const std::stop_callback on_stop(stop, [this] { state_->context.stop(); });
   for (const auto& link : state_->links) link->open();

@@ -9,6 +9,8 @@
 #include <cstring>
 #include <numbers>
 
+#include "angle.hpp"
+
 namespace nadir::sensors {
 namespace {
 
@@ -107,17 +109,14 @@ Head head_of(std::span<const std::uint8_t> bytes) {
   return head;
 }
 
-double turned(double angle) {
-  const double turn = 2 * std::numbers::pi;
-  const double rest = angle - turn * std::floor(angle / turn);
-  return rest < turn ? rest : 0;
-}
-
 std::optional<double> within(double value, double lowest, double highest) {
   return value >= lowest && value <= highest ? std::optional(value) : std::nullopt;
 }
 
-Time milliseconds(std::uint32_t ms) { return Time{ms} * 1'000'000; }
+// Since the sender started; one that does not know says 0.
+std::optional<Time> milliseconds(std::uint32_t ms) {
+  return ms > 0 ? std::optional(Time{ms} * 1'000'000) : std::nullopt;
+}
 
 void attitude(const MavlinkPacket& packet, Reading& reading) {
   constexpr double kHalf = std::numbers::pi + 1e-6;
@@ -125,12 +124,12 @@ void attitude(const MavlinkPacket& packet, Reading& reading) {
   reading.roll = within(field<float>(packet, 4), -kHalf, kHalf);
   reading.pitch = within(field<float>(packet, 8), -kHalf / 2, kHalf / 2);
   const auto yaw = within(field<float>(packet, 12), -2 * kHalf, 2 * kHalf);
-  if (yaw) reading.heading = turned(*yaw);
+  if (yaw) reading.heading = as_heading(*yaw);
   constexpr double kFastest = 100;  // rad/s
   reading.turn_rate = within(field<float>(packet, 24), -kFastest, kFastest);
 }
 
-// The second or third barometer is the one outside the hull; one that is none says 0.
+// By convention barometers outside the hull; a thermometer among them says 0.
 void pressure(const MavlinkPacket& packet, Reading& reading) {
   constexpr double kHectopascal = 100;
   reading.uptime = milliseconds(field<std::uint32_t>(packet, 0));
@@ -162,7 +161,7 @@ void global_position(const MavlinkPacket& packet, Reading& reading) {
   reading.depth = within(-1e-3 * field<std::int32_t>(packet, 16), -100, 12000);
   const auto hdg = field<std::uint16_t>(packet, 26);
   if (hdg != kUnknown && hdg <= 36000) {
-    reading.heading = turned(hdg / 100.0 * std::numbers::pi / 180);
+    reading.heading = as_heading(hdg / 100.0 * std::numbers::pi / 180);
   }
 }
 
@@ -214,6 +213,7 @@ Reading decode_mavlink(const MavlinkPacket& packet) {
   Reading reading;
   const auto used = std::ranges::find(kUsed, packet.message, &Message::number);
   if (used == kUsed.end() || packet.payload.size() != used->length) return reading;
+  reading.sender = packet.message << 16 | std::uint32_t{packet.system} << 8 | packet.component;
   switch (packet.message) {
     case kAttitude.number:
       attitude(packet, reading);

@@ -11,6 +11,8 @@
 #include <utility>
 #include <vector>
 
+#include "angle.hpp"
+
 namespace nadir::sensors {
 namespace {
 
@@ -68,6 +70,13 @@ class Fields {
     return value;
   }
 
+  // Of instruments that give degrees, or integers of which 65536 are a turn.
+  std::optional<double> degrees_or_counts(std::size_t i) const {
+    const std::optional<double> value = number(i);
+    const bool degrees = text(i).find('.') != std::string_view::npos;
+    return value && !degrees ? std::optional(*value * 360 / 65536) : value;
+  }
+
   // Absent outside the range.
   std::optional<double> number(std::size_t i, double lowest, double highest) const {
     const std::optional<double> value = number(i);
@@ -91,16 +100,9 @@ class Fields {
   std::vector<std::string_view> fields_;  ///< the name first
 };
 
-double turned(double angle) {
-  const double turn = 2 * std::numbers::pi;
-  const double rest = std::fmod(angle, turn);
-  const double positive = rest < 0 ? rest + turn : rest;
-  return positive < turn ? positive : 0;
-}
-
 std::optional<double> Fields::heading(std::size_t i) const {
   const std::optional<double> degrees = number(i, 0, 360);
-  return degrees ? std::optional(turned(*degrees * kDegree)) : std::nullopt;
+  return degrees ? std::optional(as_heading(*degrees * kDegree)) : std::nullopt;
 }
 
 // ddmm.mmm with its hemisphere in the next field.
@@ -158,7 +160,7 @@ std::optional<double> altitude(std::optional<double> metres) {
 void hdg(const Fields& fields, Reading& reading) {
   reading.variation = fields.east(4);
   if (const auto sensor = fields.heading(1))
-    reading.magnetic_heading = turned(*sensor + fields.east(2).value_or(0));
+    reading.magnetic_heading = as_heading(*sensor + fields.east(2).value_or(0));
 }
 
 void hdm(const Fields& fields, Reading& reading) {
@@ -171,7 +173,8 @@ void hdt(const Fields& fields, Reading& reading) {
 
 // Degrees per minute.
 void rot(const Fields& fields, Reading& reading) {
-  const std::optional<double> rate = fields.number(1);
+  constexpr double kFastest = 7200;  // degrees per minute: a turn in 3 s
+  const std::optional<double> rate = fields.number(1, -kFastest, kFastest);
   if (rate && fields.letter(2) == 'A') reading.turn_rate = *rate * kDegree / 60;
 }
 
@@ -207,7 +210,7 @@ std::optional<double> sigma_of_fix(char quality, std::optional<double> dilution)
   constexpr double kFixed = 0.02, kFloat = 0.5, kRange = 4, kDifferentialRange = 1;
   if (quality == '4') return kFixed;
   if (quality == '5') return kFloat;
-  if (!dilution) return std::nullopt;
+  if (!dilution || quality == '6') return std::nullopt;  // dead reckoning: nobody knows
   return *dilution * (quality == '2' || quality == '3' ? kDifferentialRange : kRange);
 }
 
@@ -248,21 +251,28 @@ void xdr(const Fields& fields, Reading& reading) {
 }
 
 // Heading, roll (port side up positive), pitch (bow up positive), as receivers with inertial units
-// send them.
+// send them. Others of the same name (SAT, POS, ATT of Ashtech) have no T there.
 void pashr(const Fields& fields, Reading& reading) {
-  if (fields.letter(3) == 'T') reading.heading = fields.heading(2);
+  if (fields.text(3) != "T") return;
+  reading.heading = fields.heading(2);
   reading.roll = fields.angle(4, 180);
   reading.pitch = fields.angle(5, 90);
 }
 
-// Each value has a state of its own: N normal, M and O warn, all else are alarms.
+// True heading, pitch and roll of a True North compass, each with a state of its own: N normal, M
+// and O warn, all else are alarms.
 void ptnthtm(const Fields& fields, Reading& reading) {
-  const auto is_good = [&](std::size_t i) {
-    return std::string_view("NMO").find(fields.letter(i)) != std::string_view::npos;
+  const auto angle = [&](std::size_t i) {
+    const bool good = std::string_view("NMO").find(fields.letter(i + 1)) != std::string_view::npos;
+    const std::optional<double> degrees = fields.degrees_or_counts(i);
+    return good && degrees ? std::optional(*degrees * kDegree) : std::nullopt;
   };
-  if (is_good(2)) reading.magnetic_heading = fields.heading(1);
-  if (is_good(4)) reading.pitch = fields.angle(3, 90);
-  if (is_good(6)) reading.roll = fields.angle(5, 180);
+  const auto within = [](std::optional<double> value, double largest) {
+    return value && std::abs(*value) <= largest ? value : std::nullopt;
+  };
+  if (const auto heading = angle(1)) reading.heading = as_heading(*heading);
+  reading.pitch = within(angle(3), kTurn / 4);
+  reading.roll = within(angle(5), kTurn / 2);
 }
 
 struct Kind {
@@ -291,7 +301,14 @@ bool is_printable(std::string_view text) {
   return std::ranges::all_of(text, [](char c) { return c >= ' ' && c <= '~'; });
 }
 
-// The name without its talker of two letters, which proprietary sentences lack.
+// Two letters, which proprietary sentences lack.
+std::uint32_t talker_of(std::string_view body) {
+  if (body.starts_with('P') || body.size() < 2) return 0;
+  return static_cast<std::uint32_t>(static_cast<unsigned char>(body[0]) << 8 |
+                                    static_cast<unsigned char>(body[1]));
+}
+
+// The name without its talker.
 std::string_view kind_of(std::string_view body) {
   const std::string_view name = body.substr(0, body.find(','));
   if (name.starts_with('P')) return name;
@@ -307,6 +324,7 @@ NmeaSentence decode_nmea(std::string_view line) {
     return sentence;
   };
   line = without_tag_block(without_end(line));
+  if (line.starts_with('!')) return faulty(NmeaFault::unused);  // of AIS
   if (!line.starts_with('$') || !is_printable(line)) return faulty(NmeaFault::not_nmea);
   const std::size_t star = line.rfind('*');
   const std::string_view body = line.substr(1, star == line.npos ? line.npos : star - 1);
@@ -326,6 +344,7 @@ NmeaSentence decode_nmea(std::string_view line) {
     sentence.reading = {};
     return faulty(NmeaFault::malformed);
   }
+  sentence.reading.sender = talker_of(body);
   return sentence;
 }
 

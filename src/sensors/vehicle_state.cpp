@@ -8,6 +8,7 @@
 #include <string_view>
 #include <utility>
 
+#include "angle.hpp"
 #include "nadir/core/check.hpp"
 #include "nadir/sensors/input.hpp"
 
@@ -19,7 +20,8 @@ constexpr Time kSilence = 2 * kSecond;
 constexpr Time kGood = 10 * kSecond;    // before the same is told again
 constexpr Time kHold = kSecond / 10;    // the newest value stands for a later image
 constexpr Time kMemory = 30 * kSecond;  // images come later than the values they need by less
-constexpr double kTurn = 2 * std::numbers::pi;
+
+constexpr Time kCrystal = 10'000;  // one in so many a clock may be off
 
 struct Traits {
   std::string_view name;
@@ -39,7 +41,7 @@ Traits traits_of(Quantity quantity) {
     case Quantity::altitude:
       return {"altitude", {}, 0};  // ground has edges
     case Quantity::position:
-      return {"position", {}, 0};
+      return {"position", {0, 360, 0}, 0};
   }
   return {};
 }
@@ -47,7 +49,7 @@ Traits traits_of(Quantity quantity) {
 bool is_jump(const Traits& traits, const SensorTrack::Row& from, Time time,
              const SensorTrack::Values& to) {
   // Values a moment apart differ by their noise.
-  constexpr Time kShortest = kSecond / 10, kLongest = kSecond;
+  constexpr Time kShortest = kSecond / 10, kLongest = 2 * kSecond;
   const Time gap = time - from.time;
   if (traits.fastest <= 0 || gap > kLongest) return false;
   const double most = traits.fastest * seconds(std::max(gap, kShortest));
@@ -57,11 +59,6 @@ bool is_jump(const Traits& traits, const SensorTrack::Row& from, Time time,
     if (std::abs(way) > most) return true;
   }
   return false;
-}
-
-double turned(double angle) {
-  const double rest = angle - kTurn * std::floor(angle / kTurn);
-  return rest < kTurn ? rest : 0;
 }
 
 void require_delay(double delay, const char* key) {
@@ -84,7 +81,7 @@ void Config::check() const {
 }
 
 VehicleState::VehicleState(Config config, std::vector<std::string> names)
-    : config_(std::move(config)), names_(std::move(names)), clocks_(names_.size()) {
+    : config_(std::move(config)), names_(std::move(names)) {
   config_.check();
   for (const Quantity quantity : kQuantities) {
     channels_[static_cast<std::size_t>(quantity)].track = SensorTrack(traits_of(quantity).periods);
@@ -92,90 +89,116 @@ VehicleState::VehicleState(Config config, std::vector<std::string> names)
 }
 
 // Crystals differ by less than 100 millionths: by so much an old offset may have become too early.
-Time VehicleState::Clock::time_of(Time arrival_now, Time uptime) {
-  constexpr Time kDrift = 10'000, kRestart = kSecond;
-  const Time now = arrival_now - uptime;
-  if (offset) *offset += (arrival_now - arrival) / kDrift;
-  // Started again, it counts from 0.
-  offset = offset && now - *offset < kRestart ? std::min(*offset, now) : now;
-  arrival = arrival_now;
-  return uptime + *offset;
+Time VehicleState::Clock::time_of(Time arrival, Time uptime) {
+  const Time now = arrival - uptime;
+  const bool started_again = uptime < uptime_;
+  if (offset_ && !started_again) {
+    offset_ = std::min(*offset_ + (arrival - arrival_) / kCrystal, now);
+  } else {
+    offset_ = now;
+  }
+  arrival_ = arrival;
+  uptime_ = uptime;
+  return uptime + *offset_;
 }
 
 void VehicleState::hear(std::size_t input, Time arrival, const Reading& reading) {
   NADIR_CHECK(input < names_.size(), input);
-  const Time time = reading.uptime ? clocks_[input].time_of(arrival, *reading.uptime) : arrival;
+  constexpr std::uint32_t kSystemAndComponent = 0xFFFF;
+  Moment moment{input, reading.sender, arrival, arrival};
+  if (reading.uptime)
+    moment.time =
+        clocks_[{input, reading.sender & kSystemAndComponent}].time_of(arrival, *reading.uptime);
   if (reading.variation) variation_ = reading.variation;
-  if (reading.utc) {
-    const Time offset = *reading.utc - time;
-    constexpr Time kStep = 5 * kSecond;  // a clock that was set
-    const bool stepped = utc_offset_ && std::abs(*utc_offset_ - offset) > kStep;
-    utc_offset_ = utc_offset_ && !stepped ? std::max(*utc_offset_, offset) : offset;
-  }
+  if (reading.utc) hear_utc(moment, *reading.utc);
+  hear_heading(moment, reading);
+  hear_depth(moment, reading);
+  const auto earlier = [&](double delay_s) {
+    Moment when = moment;
+    when.time -= from_seconds(delay_s);
+    return when;
+  };
   if (reading.roll && reading.pitch) {
-    add(Quantity::tilt, 2 * input, arrival, time - from_seconds(config_.attitude_delay_s),
+    add(Quantity::tilt, earlier(config_.attitude_delay_s), false,
         {*reading.roll, *reading.pitch, 0});
   }
-  hear_heading(input, arrival, time, reading);
-  hear_depth(input, arrival, time, reading);
   if (reading.altitude) {
-    add(Quantity::altitude, 2 * input, arrival, time - from_seconds(config_.altitude_delay_s),
-        {*reading.altitude, 0, 0});
+    add(Quantity::altitude, earlier(config_.altitude_delay_s), false, {*reading.altitude, 0, 0});
   }
-  if (reading.position) {
-    add(Quantity::position, 2 * input, arrival, time,
-        {reading.position->latitude_deg, reading.position->longitude_deg,
-         reading.position->sigma.value_or(0)});
+  if (const auto& position = reading.position) {
+    add(Quantity::position, moment, !position->sigma,
+        {position->latitude_deg, position->longitude_deg, position->sigma.value_or(0)});
   }
 }
 
-void VehicleState::hear_heading(std::size_t input, Time arrival, Time time,
-                                const Reading& reading) {
-  time -= from_seconds(config_.attitude_delay_s);
+// The least delayed is believed, as of a sender's own clock.
+void VehicleState::hear_utc(const Moment& moment, Time utc) {
+  constexpr Time kStep = 5 * kSecond;  // a clock that was set
+  const Time offset = utc - moment.time;
+  const bool stepped = utc_offset_ && std::abs(*utc_offset_ - offset) > kStep;
+  if (utc_offset_ && !stepped) {
+    utc_offset_ = std::max(*utc_offset_ - (moment.arrival - utc_heard_) / kCrystal, offset);
+  } else {
+    utc_offset_ = offset;
+  }
+  utc_heard_ = moment.arrival;
+}
+
+void VehicleState::hear_heading(const Moment& moment, const Reading& reading) {
+  Moment when = moment;
+  when.time -= from_seconds(config_.attitude_delay_s);
   if (reading.heading) {
-    add(Quantity::heading, 2 * input, arrival, time, {*reading.heading, 0, 0});
+    add(Quantity::heading, when, false, {*reading.heading, 0, 0});
   } else if (reading.magnetic_heading) {
     const double variation =
         variation_.value_or(config_.magnetic_variation_deg * std::numbers::pi / 180);
-    add(Quantity::heading, 2 * input + 1, arrival, time,
-        {turned(*reading.magnetic_heading + variation), 0, 0});
+    add(Quantity::heading, when, true, {as_heading(*reading.magnetic_heading + variation), 0, 0});
   }
 }
 
-void VehicleState::hear_depth(std::size_t input, Time arrival, Time time, const Reading& reading) {
+void VehicleState::hear_depth(const Moment& moment, const Reading& reading) {
   constexpr double kGravity = 9.80665, kHectopascal = 100;
-  time -= from_seconds(config_.depth_delay_s);
+  Moment when = moment;
+  when.time -= from_seconds(config_.depth_delay_s);
   if (reading.depth) {
-    add(Quantity::depth, 2 * input, arrival, time, {*reading.depth, 0, 0});
+    add(Quantity::depth, when, false, {*reading.depth, 0, 0});
   } else if (reading.pressure) {
     const double by_water = *reading.pressure - kHectopascal * config_.surface_pressure_hpa;
-    add(Quantity::depth, 2 * input + 1, arrival, time,
-        {by_water / (kGravity * config_.water_density), 0, 0});
+    add(Quantity::depth, when, true, {by_water / (kGravity * config_.water_density), 0, 0});
   }
 }
 
-void VehicleState::add(Quantity quantity, std::size_t source, Time arrival, Time time,
+void VehicleState::add(Quantity quantity, Moment moment, bool lesser,
                        const SensorTrack::Values& values) {
   Channel& channel = channels_[static_cast<std::size_t>(quantity)];
   const Traits traits = traits_of(quantity);
+  const Source source{moment.input, moment.sender, lesser};
   if (channel.source != source) {
-    if (channel.source && arrival - channel.heard < kSilence) return;
+    const bool silent = channel.source && moment.arrival - channel.heard >= kSilence;
+    const bool better = channel.source && channel.source->lesser && !lesser &&
+                        channel.source->input == moment.input;
+    if (channel.source && !silent && !better) return;
+    if (silent) channel.fallen_silent = channel.source;
     channel.source = source;
     channel.track = SensorTrack(traits.periods);  // of two sensors nothing is interpolated
-    channel.jumps = 0;
+    channel.candidate.reset();
   }
-  channel.heard = arrival;
-  // A value that stays where it jumped to was right, and the one before was not.
-  constexpr int kStays = 3;
+  channel.heard = moment.arrival;
+  const SensorTrack::Row row{moment.time, values};
   const auto& rows = channel.track.rows();
-  if (!rows.empty() && is_jump(traits, rows.back(), time, values)) {
-    channel.last_jump = arrival;
-    if (++channel.jumps < kStays) return;
+  if (!rows.empty() && is_jump(traits, rows.back(), row.time, values)) {
+    channel.last_jump = moment.arrival;
+    // Values that agree on where they have jumped to are right, and those before were not.
+    constexpr int kEnough = 3;
+    const bool agrees = channel.candidate && !is_jump(traits, *channel.candidate, row.time, values);
+    channel.candidates = agrees ? channel.candidates + 1 : 1;
+    channel.candidate = row;
+    if (channel.candidates < kEnough) return;
     channel.track = SensorTrack(traits.periods);
   }
-  channel.jumps = 0;
-  channel.track.add(time, values);
-  channel.track.forget_before(time - kMemory);
+  channel.candidate.reset();
+  channel.track.add(row.time, values);
+  channel.track.forget_before(row.time - kMemory);
 }
 
 std::optional<SensorTrack::Values> VehicleState::at(Quantity quantity, Time time) const {
@@ -206,21 +229,25 @@ std::vector<Alert> VehicleState::new_alerts(Time now, std::optional<std::uint64_
   for (const Quantity quantity : kQuantities) {
     Channel& channel = channels_[static_cast<std::size_t>(quantity)];
     if (!channel.source) continue;
+    const auto replaced = std::exchange(channel.fallen_silent, std::nullopt);
     const bool silent = now - channel.heard > kSilence;
     const bool jumps = channel.last_jump && now - *channel.last_jump < kSilence;
-    if (!silent && !jumps) {
+    if (!silent && !jumps && !replaced) {
       if (channel.told && now - *channel.told > kGood) channel.told.reset();
       continue;
     }
     if (std::exchange(channel.told, now)) continue;
-    const std::string what = names_[*channel.source / 2] + ": " +
-                             std::string(traits_of(quantity).name) +
-                             (silent ? " was not heard for 2 s"
-                                     : " jumped by more than a vehicle can, and was left out");
-    alerts.push_back({now, image, AlertKind::sensor_stale, what,
-                      silent ? "check the sensor, its power and its cable; mapping goes on without"
-                             : "check the sensor and its cable; magnets and motors disturb a "
-                               "compass"});
+    const Source& source = replaced ? *replaced : *channel.source;
+    std::string what =
+        names_[source.input] + ": " + std::string(traits_of(quantity).name) +
+        (silent || replaced ? " was not heard for 2 s"
+                            : " jumped by more than a vehicle can, and was left out");
+    if (replaced && !silent) what += "; " + names_[channel.source->input] + " stands in for it";
+    alerts.push_back(
+        {now, image, AlertKind::sensor_stale, what,
+         silent || replaced
+             ? "check the sensor, its power and its cable; mapping goes on without it"
+             : "check the sensor and its cable; magnets and motors disturb a compass"});
   }
   return alerts;
 }

@@ -76,7 +76,7 @@ class Listening {
   explicit Listening(const std::string& input)
       : listener_({parse_input(input)}, {[this](const Heard& one) { add(one); },
                                          [this](const LinkChange& one) { add(one); }}),
-        thread_([this](std::stop_token stop) { listener_.run(std::move(stop)); }) {}
+        thread_([this](const std::stop_token& stop) { listener_.run(stop); }) {}
 
   // False when it did not come about in time.
   template <class Condition>
@@ -115,6 +115,9 @@ class Listening {
 
 const std::string kHeading = nmea_line("GPHDT,90.0,T");
 const std::string kUnused = nmea_line("GPGSV,3,1,12");
+// SYSTEM_TIME of MAVLink 1.
+const std::string kSystemTime(
+    "\xfe\x0c\x07\x01\x01\x02\x40\x6e\x63\x5f\xbd\x44\x06\x00\x45\xe2\x01\x00\x3d\xb4", 20);
 
 TEST(Listener, HearsDatagramsAndStampsThemAsTheyArrive) {
   const std::uint32_t port = free_udp_port();
@@ -126,8 +129,9 @@ TEST(Listener, HearsDatagramsAndStampsThemAsTheyArrive) {
   ASSERT_EQ(connect(*sender, reinterpret_cast<const sockaddr*>(&to), sizeof to), 0);
   const Time before = std::chrono::steady_clock::now().time_since_epoch().count();
   sender.send(kHeading + kUnused + "$GPHDT,91.0,T*00\r\n");
-  sender.send("$GPHDT,9");  // a sentence is never in two datagrams
-  sender.send(kHeading + kHeading);
+  sender.send("$GPHDT,9");                               // a sentence is never in two datagrams
+  sender.send(kHeading.substr(0, kHeading.size() - 2));  // one without its end is whole
+  sender.send(kHeading);
   ASSERT_TRUE(listening.hears(3));
   const Time after = std::chrono::steady_clock::now().time_since_epoch().count();
   for (const Heard& heard : listening.heard) {
@@ -137,7 +141,23 @@ TEST(Listener, HearsDatagramsAndStampsThemAsTheyArrive) {
   }
   EXPECT_EQ(listening.counts().used, 3u);
   EXPECT_EQ(listening.counts().unused, 1u);
-  EXPECT_EQ(listening.counts().damaged, 1u);
+  EXPECT_EQ(listening.counts().damaged, 2u);
+}
+
+TEST(Listener, CountsDamagedPacketsOfAllDatagrams) {
+  const std::uint32_t port = free_udp_port();
+  Listening listening("mavlink:udp:127.0.0.1:" + std::to_string(port));
+  ASSERT_TRUE(listening.links(1));
+  const Descriptor sender(::socket(AF_INET, SOCK_DGRAM, 0));
+  const sockaddr_in to = local(port);
+  ASSERT_EQ(connect(*sender, reinterpret_cast<const sockaddr*>(&to), sizeof to), 0);
+  std::string damaged = kSystemTime;
+  damaged[10] = static_cast<char>(damaged[10] ^ 1);
+  sender.send(damaged);
+  sender.send(damaged);
+  sender.send(kSystemTime);
+  ASSERT_TRUE(listening.hears(1));
+  EXPECT_EQ(listening.counts().damaged, 2u);
 }
 
 TEST(Listener, ConnectsAgainWhenTheOtherSideComesBack) {
@@ -182,11 +202,7 @@ TEST(Listener, ReadsASerialLineAndItsReturn) {
   Listening listening("mavlink:serial:" + link + ":57600");
   ASSERT_TRUE(listening.links(1));
   EXPECT_EQ(listening.changes[0].fault, "");
-  constexpr std::array<unsigned char, 24> kTime{0xfe, 0x0c, 0x07, 0x01, 0x01, 0x02, 0x40,
-                                                0x6e, 0x63, 0x5f, 0xbd, 0x44, 0x06, 0x00,
-                                                0x45, 0xe2, 0x01, 0x00, 0x3d, 0xb4};
-  const std::string packet(reinterpret_cast<const char*>(kTime.data()), 20);
-  master->send(packet);
+  master->send(kSystemTime);
   ASSERT_TRUE(listening.hears(1));
   EXPECT_EQ(listening.heard[0].reading.utc, 1'764'430'000'123'456'000);
   master.reset();  // unplugged
@@ -196,7 +212,7 @@ TEST(Listener, ReadsASerialLineAndItsReturn) {
   plug(*master);
   ASSERT_TRUE(listening.links(3));
   EXPECT_EQ(listening.changes[2].fault, "");
-  master->send(packet);
+  master->send(kSystemTime);
   ASSERT_TRUE(listening.hears(2));
   unlink(link.c_str());
 }

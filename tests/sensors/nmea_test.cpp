@@ -17,8 +17,9 @@ constexpr double kExact = 1e-12;
 
 NmeaSentence decode_body(std::string_view body) { return decode_nmea(nmea_line(body)); }
 Reading read(std::string_view body) {
-  const NmeaSentence sentence = decode_body(body);
+  NmeaSentence sentence = decode_body(body);
   EXPECT_EQ(sentence.fault, NmeaFault::none) << body;
+  sentence.reading.sender = 0;
   return sentence.reading;
 }
 NmeaFault fault_of(std::string_view line) { return decode_nmea(line).fault; }
@@ -113,14 +114,29 @@ TEST(Nmea, PashrIsHeadingRollAndPitch) {
   EXPECT_NEAR(reading.pitch.value(), -0.79 * kDegree, kExact);
 }
 
+TEST(Nmea, PashrOfOtherMeaningsSaysNothing) {
+  EXPECT_EQ(decode_body("PASHR,SAT,12,07,130,75,51,U,08,20,40,48,U").reading, Reading());
+  EXPECT_EQ(decode_body("PASHR,ATT,372023.00,089.99,-001.04,+000.51,0.0008").reading, Reading());
+  EXPECT_EQ(read("PASHR,POS,0,10,204132,3721.08,N,12156.12,W,16.1"), Reading());
+}
+
+// gpsd's example of the device's own integers, of which 65536 are a turn.
+TEST(Nmea, PtnthtmIsInDegreesOrCounts) {
+  const Reading reading = read("PTNTHTM,14223,N,169,N,-43,N,13641,2454");
+  EXPECT_NEAR(reading.heading.value(), 14223.0 / 65536 * 360 * kDegree, kExact);
+  EXPECT_NEAR(reading.pitch.value(), 169.0 / 65536 * 360 * kDegree, kExact);
+  EXPECT_NEAR(reading.roll.value(), -43.0 / 65536 * 360 * kDegree, kExact);
+}
+
 TEST(Nmea, PtnthtmLeavesOutWhatIsInAlarm) {
   const Reading reading = read("PTNTHTM,85.9,N,-0.9,O,0.8,H,40.1,0.95");
-  EXPECT_NEAR(reading.magnetic_heading.value(), 85.9 * kDegree, kExact);
+  EXPECT_NEAR(reading.heading.value(), 85.9 * kDegree, kExact);
   EXPECT_NEAR(reading.pitch.value(), -0.9 * kDegree, kExact);
   EXPECT_FALSE(reading.roll);
 }
 
 TEST(Nmea, AnyTalkerIsHeardAndOtherKindsAreUnused) {
+  EXPECT_NE(decode_body("HEHDT,1,T").reading.sender, decode_body("GPHDT,1,T").reading.sender);
   EXPECT_TRUE(read("HEHDT,1,T").heading);
   EXPECT_TRUE(read("XXHDT,1,T").heading);
   EXPECT_EQ(decode_body("GPGSV,3,1,12").fault, NmeaFault::unused);
@@ -138,6 +154,7 @@ TEST(Nmea, RefusesDamagedLinesByTheirFault) {
   EXPECT_EQ(fault_of("$GPHDT,90.0,T"), NmeaFault::no_checksum);
   EXPECT_EQ(fault_of("GPHDT,90.0,T*0C"), NmeaFault::not_nmea);
   EXPECT_EQ(fault_of("$GPHDT,90\x01,T*0C"), NmeaFault::not_nmea);
+  EXPECT_EQ(fault_of("!AIVDM,1,1,,B,15MwkT1P37G?fl0EJbR0OwT0@MS,0*4E"), NmeaFault::unused);
   EXPECT_EQ(fault_of(""), NmeaFault::not_nmea);
   EXPECT_EQ(fault_of("$"), NmeaFault::not_nmea);
   EXPECT_EQ(fault_of("\\"), NmeaFault::not_nmea);
@@ -228,7 +245,7 @@ TEST(Nmea, AMillionMutatedLinesGiveOnlyPossibleValues) {
       ASSERT_TRUE(possible(heading, 0, 2 * kPi) && heading != 2 * kPi) << body;
     ASSERT_TRUE(possible(r.variation, -kPi, kPi) && possible(r.speed, 0, 600)) << body;
     ASSERT_TRUE(possible(r.depth, -12000, 12000) && possible(r.altitude, 0, 12000)) << body;
-    ASSERT_TRUE(possible(r.turn_rate, -1e300, 1e300)) << body;
+    ASSERT_TRUE(possible(r.turn_rate, -2.1, 2.1)) << body;
     if (r.position) {
       ASSERT_TRUE(possible(r.position->latitude_deg, -90, 90)) << body;
       ASSERT_TRUE(possible(r.position->longitude_deg, -180, 180)) << body;

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: nadir contributors
 // SPDX-License-Identifier: Apache-2.0
-// Time is integer nanoseconds until printed; the zero is the survey's own (timestamps.csv) or the
-// UNIX epoch.
+// Time is integer nanoseconds until printed; the zero is the survey's own (timestamps.csv), the
+// UNIX epoch, or of live cameras and sensors that of CLOCK_MONOTONIC.
 #pragma once
 
 #include <cmath>

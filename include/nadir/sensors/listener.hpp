@@ -32,7 +32,7 @@ struct LinkChange {
 /// How many sentences or packets came over an input.
 struct LinkCounts {
   std::uint64_t used = 0;
-  std::uint64_t unused = 0;   ///< of kinds that say nothing of use
+  std::uint64_t unused = 0;   ///< sentences of kinds that say nothing of use
   std::uint64_t damaged = 0;  ///< with a wrong checksum, or none, or a field that is no number
 };
 
@@ -45,13 +45,13 @@ class Listener {
 
   /// Opens nothing yet.
   Listener(const std::vector<Input>& inputs, Callbacks callbacks);
-  ~Listener();
+  ~Listener();  ///< waits for a name that is being looked up
   Listener(const Listener&) = delete;
   Listener& operator=(const Listener&) = delete;
 
   /// Listens until told to stop, and calls back meanwhile, on this thread. What cannot be opened or
-  /// is lost is tried again every second.
-  void run(std::stop_token stop);
+  /// is lost is tried again every second; a peer that is gone without a word is noticed after 11 s.
+  void run(const std::stop_token& stop);
 
   /// Of each input; from any thread.
   std::vector<LinkCounts> counts() const;

@@ -3,6 +3,7 @@
 // What one sentence or packet of a sensor says.
 #pragma once
 
+#include <cstdint>
 #include <optional>
 
 #include "nadir/core/time.hpp"
@@ -21,6 +22,10 @@ struct Position {
 /// Angles are radians of the body (FRD) to north-east-down, as in Attitude; headings within
 /// [0, 2 pi).
 struct Reading {
+  /// Who of the senders on one input says so: the talker of a sentence, or message, system and
+  /// component of a packet, each in a number of its own.
+  std::uint32_t sender = 0;
+
   std::optional<double> roll, pitch;
   std::optional<double> heading;           ///< from true north
   std::optional<double> magnetic_heading;  ///< from magnetic north, corrected for deviation

@@ -5,8 +5,10 @@
 
 #include <array>
 #include <cstdint>
+#include <map>
 #include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "nadir/core/alert.hpp"
@@ -37,8 +39,9 @@ enum class Quantity : std::uint8_t { tilt, heading, depth, altitude, position };
 inline constexpr std::array kQuantities{Quantity::tilt, Quantity::heading, Quantity::depth,
                                         Quantity::altitude, Quantity::position};
 
-/// Each quantity is taken from the input that told it first, until that has been silent for 2 s.
-/// Values that change faster than a vehicle can are left out and told.
+/// Each quantity is taken from the sender that told it first, until that has been silent for 2 s;
+/// of one sender, what it tells outright goes before what is worked out. Values that change faster
+/// than a vehicle can are left out and told.
 class VehicleState {
  public:
   /// names: of the inputs, for alerts.
@@ -51,8 +54,9 @@ class VehicleState {
   /// is at most 0.1 s older. Without roll and pitch, or without a heading, there is no attitude.
   void mark(Frame& frame) const;
 
-  /// sensor_stale for what has been told before and is silent for 2 s, and for what jumps; once,
-  /// and again only after it was good for 10 s. now: by the clock of the images.
+  /// sensor_stale for what has been told before and is silent for 2 s, also when another sensor has
+  /// taken over, and for what jumps; once, and again only after it was good for 10 s. now: by the
+  /// clock of the images.
   [[nodiscard]] std::vector<Alert> new_alerts(Time now, std::optional<std::uint64_t> image);
 
   std::optional<Position> position(Time time) const;
@@ -61,40 +65,59 @@ class VehicleState {
   std::optional<Time> utc_offset() const { return utc_offset_; }
 
  private:
-  /// One quantity's values, from one source at a time: an input, and whether it told the quantity
-  /// itself or another one (pressure, magnetic heading) it is worked out from.
-  struct Channel {
-    SensorTrack track;
-    std::optional<std::size_t> source;
-    Time heard = 0;                 ///< from that source
-    int jumps = 0;                  ///< in a row
-    std::optional<Time> last_jump;  ///< when a value was left out
-    std::optional<Time> told;       ///< when it was last found wanting, once an alert said so
+  /// Of an input, who tells a quantity: itself, or another (pressure, magnetic heading, a position
+  /// without its sigma) that it is worked out from or that is worth less.
+  struct Source {
+    std::size_t input = 0;
+    std::uint32_t sender = 0;
+    bool lesser = false;
+    bool operator==(const Source&) const = default;
   };
 
-  /// The clock of a sensor, which stamps its values, against ours. What comes is late by a varying
+  /// One quantity's values, from one source at a time.
+  struct Channel {
+    SensorTrack track;
+    std::optional<Source> source;
+    Time heard = 0;                             ///< from that source
+    std::optional<SensorTrack::Row> candidate;  ///< where values have jumped to
+    int candidates = 0;                         ///< in a row that agree with it
+    std::optional<Time> last_jump;              ///< when a value was left out
+    std::optional<Time> told;             ///< when it was last found wanting, once an alert said so
+    std::optional<Source> fallen_silent;  ///< before the source of now took over
+  };
+
+  /// The clock of a sender, which stamps its values, against ours. What comes is late by a varying
   /// time: the least late is believed.
-  struct Clock {
-    std::optional<Time> offset;
-    Time arrival = 0;
-    Time time_of(Time arrival_now, Time uptime);
+  class Clock {
+   public:
+    Time time_of(Time arrival, Time uptime);
+
+   private:
+    std::optional<Time> offset_;  ///< ours minus its own
+    Time arrival_ = 0, uptime_ = 0;
   };
 
   const Channel& channel(Quantity quantity) const {
     return channels_[static_cast<std::size_t>(quantity)];
   }
-  void add(Quantity quantity, std::size_t source, Time arrival, Time time,
-           const SensorTrack::Values& values);
-  void hear_heading(std::size_t input, Time arrival, Time time, const Reading& reading);
-  void hear_depth(std::size_t input, Time arrival, Time time, const Reading& reading);
+  struct Moment {
+    std::size_t input = 0;
+    std::uint32_t sender = 0;
+    Time arrival = 0, time = 0;
+  };
+  void add(Quantity quantity, Moment moment, bool lesser, const SensorTrack::Values& values);
+  void hear_heading(const Moment& moment, const Reading& reading);
+  void hear_depth(const Moment& moment, const Reading& reading);
+  void hear_utc(const Moment& moment, Time utc);
   std::optional<SensorTrack::Values> at(Quantity quantity, Time time) const;
 
   Config config_;
   std::vector<std::string> names_;
-  std::vector<Clock> clocks_;  ///< by input
+  std::map<std::pair<std::size_t, std::uint32_t>, Clock> clocks_;  ///< by input, system, component
   std::array<Channel, kQuantities.size()> channels_;
   std::optional<double> variation_;
   std::optional<Time> utc_offset_;
+  Time utc_heard_ = 0;
 };
 
 }  // namespace nadir::sensors
