@@ -4,10 +4,10 @@
 
 #include <opencv2/imgproc.hpp>
 
+#include "beside.hpp"
 #include "file.hpp"
 #include "image_list.hpp"
 #include "image_times.hpp"
-#include "nadir/calibration/rig_file.hpp"
 #include "nadir/core/check.hpp"
 #include "nadir/image_io/decode.hpp"
 #include "nadir/image_io/header.hpp"
@@ -37,12 +37,8 @@ namespace {
 
 CameraRig load_rig(const fs::path& folder, const std::optional<fs::path>& calibration,
                    const ImageList& list) {
-  const fs::path file = calibration.value_or(folder / "calib.yml");
-  std::error_code ignored;
-  if (!fs::exists(file, ignored)) {
-    throw InputError(file.string() + ": there is no calibration; add it, or give --calib FILE");
-  }
-  CameraRig rig = calibration::load_rig(file);
+  const fs::path file = calibration_file(folder, calibration);
+  CameraRig rig = load_calibration(file);
   if (!list.is_stereo()) rig.right.reset();
   if (list.is_stereo() && !rig.right) {
     throw InputError(file.string() +
@@ -117,9 +113,7 @@ FolderSource::FolderSource(const fs::path& folder, const std::optional<fs::path>
   require_a_fitting_image(s.list, s.full_rig);
   s.times = image_times(folder, s.list);
   s.sensors.emplace(folder);
-  const fs::path lasers = folder / "lasers.yml";
-  std::error_code ignored;
-  if (fs::exists(lasers, ignored)) s.lasers = calibration::load_lasers(lasers);
+  s.lasers = lasers_beside(folder);
 }
 
 FolderSource::~FolderSource() = default;

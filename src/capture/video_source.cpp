@@ -9,9 +9,9 @@
 #include <opencv2/imgproc.hpp>
 #include <utility>
 
+#include "beside.hpp"
 #include "child_process.hpp"
 #include "file.hpp"
-#include "nadir/calibration/rig_file.hpp"
 #include "nadir/core/check.hpp"
 #include "nadir/image_io/reduce.hpp"
 #include "survey_sensors.hpp"
@@ -169,12 +169,7 @@ VideoSource::VideoSource(const fs::path& video, const std::optional<fs::path>& c
   State& s = *state_;
   s.video = video;
   const fs::path folder = video.parent_path();
-  const fs::path file = calibration.value_or(folder / "calib.yml");
-  std::error_code ignored;
-  if (!fs::exists(file, ignored))
-    throw InputError(printable(file.string()) +
-                     ": there is no calibration; add it, or give --calib FILE");
-  s.full_rig = calibration::load_rig(file);
+  s.full_rig = load_calibration(calibration_file(folder, calibration));
   s.full_rig.right.reset();
   s.full_rig.body_from_camera = config.body_from_camera();
   s.info = probe(video);
@@ -188,8 +183,7 @@ VideoSource::VideoSource(const fs::path& video, const std::optional<fs::path>& c
   s.divisor = config.divisor();
   s.rig = std::make_shared<const CameraRig>(s.full_rig.reduced(s.divisor));
   s.sensors.emplace(folder);
-  if (const fs::path lasers = folder / "lasers.yml"; fs::exists(lasers, ignored))
-    s.lasers = calibration::load_lasers(lasers);
+  s.lasers = lasers_beside(folder);
   const double rate =
       config.video_rate_hz > 0 ? std::min(config.video_rate_hz, s.info.rate_hz) : s.info.rate_hz;
   s.expected = static_cast<std::size_t>(std::max(0.0, std::round(rate * s.info.duration_s)));

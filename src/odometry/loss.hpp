@@ -10,7 +10,7 @@ namespace nadir::odometry {
 
 enum class LossReason { blank_image, too_few_matches, too_large_motion };
 
-/// While a map is being started, for long or so that images are given up: why there is none yet.
+/// When a map has been being started for long: why there is none yet.
 enum class StartTrouble { no_motion, no_fit };
 Alert no_map_yet_alert(const Frame& newest, StartTrouble trouble);
 

@@ -27,13 +27,13 @@ class ProjectedFolder {
   std::uint64_t next_spare_ = 0, spares_end_ = 0;
 };
 
-/// Makes sure that an image the journal names has its name and its world file, as publish() would,
-/// and GDAL's auxiliary file as given. False when it is neither under its own name nor in the spare
-/// file.
 struct Settling {
   bool thorough = false;      ///< the image's content is compared, too
   bool keep_changed = false;  ///< an auxiliary file that says something else becomes NAME.changed
 };
+/// Makes sure that an image the journal names has its name and its world file, as publish() would,
+/// and GDAL's auxiliary file as given. False when it is neither under its own name nor in the spare
+/// file.
 bool settle(Disk& disk, const path& dive, const ProjectedFile& file, std::string_view auxiliary,
             Settling how);
 

@@ -113,17 +113,13 @@ void VehicleState::hear(std::size_t input, Time arrival, const Reading& reading)
   if (reading.utc) hear_utc(moment, *reading.utc);
   hear_heading(moment, reading);
   hear_depth(moment, reading);
-  const auto earlier = [&](double delay_s) {
-    Moment when = moment;
-    when.time -= from_seconds(delay_s);
-    return when;
-  };
   if (reading.roll && reading.pitch) {
-    add(Quantity::tilt, earlier(config_.attitude_delay_s), false,
+    add(Quantity::tilt, moment.earlier(config_.attitude_delay_s), false,
         {*reading.roll, *reading.pitch, 0});
   }
   if (reading.altitude) {
-    add(Quantity::altitude, earlier(config_.altitude_delay_s), false, {*reading.altitude, 0, 0});
+    add(Quantity::altitude, moment.earlier(config_.altitude_delay_s), false,
+        {*reading.altitude, 0, 0});
   }
   if (const auto& position = reading.position) {
     add(Quantity::position, moment, !position->sigma,
@@ -145,8 +141,7 @@ void VehicleState::hear_utc(const Moment& moment, Time utc) {
 }
 
 void VehicleState::hear_heading(const Moment& moment, const Reading& reading) {
-  Moment when = moment;
-  when.time -= from_seconds(config_.attitude_delay_s);
+  const Moment when = moment.earlier(config_.attitude_delay_s);
   if (reading.heading) {
     add(Quantity::heading, when, false, {*reading.heading, 0, 0});
   } else if (reading.magnetic_heading) {
@@ -158,8 +153,7 @@ void VehicleState::hear_heading(const Moment& moment, const Reading& reading) {
 
 void VehicleState::hear_depth(const Moment& moment, const Reading& reading) {
   constexpr double kGravity = 9.80665, kHectopascal = 100;
-  Moment when = moment;
-  when.time -= from_seconds(config_.depth_delay_s);
+  const Moment when = moment.earlier(config_.depth_delay_s);
   if (reading.depth) {
     add(Quantity::depth, when, false, {*reading.depth, 0, 0});
   } else if (reading.pressure) {

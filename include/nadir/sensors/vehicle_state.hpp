@@ -104,6 +104,9 @@ class VehicleState {
     std::size_t input = 0;
     std::uint32_t sender = 0;
     Time arrival = 0, time = 0;
+    Moment earlier(double delay_s) const {
+      return {input, sender, arrival, time - from_seconds(delay_s)};
+    }
   };
   void add(Quantity quantity, Moment moment, bool lesser, const SensorTrack::Values& values);
   void hear_heading(const Moment& moment, const Reading& reading);
