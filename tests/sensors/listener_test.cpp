@@ -186,7 +186,10 @@ TEST(Listener, ConnectsAgainWhenTheOtherSideComesBack) {
 }
 
 TEST(Listener, ReadsASerialLineAndItsReturn) {
-  if (access("/dev/ptmx", R_OK | W_OK) != 0) GTEST_SKIP() << "not run: no pseudo terminals";
+  // A bare root has the node, but nothing behind it.
+  const int probe = posix_openpt(O_RDWR | O_NOCTTY);
+  if (probe < 0) GTEST_SKIP() << "not run: no pseudo terminals";
+  ::close(probe);
   const auto pty = [] {
     auto master = std::make_unique<Descriptor>(posix_openpt(O_RDWR | O_NOCTTY));
     EXPECT_EQ(grantpt(**master), 0);
