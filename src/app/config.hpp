@@ -17,6 +17,7 @@
 #include "nadir/record/dive.hpp"
 #include "nadir/reference/survey_frame.hpp"
 #include "nadir/revisit/revisit.hpp"
+#include "nadir/sensors/vehicle_state.hpp"
 #include "nadir/serve/web_server.hpp"
 
 namespace nadir::app {
@@ -30,6 +31,7 @@ struct Config {
   mosaic2d::Config mosaic2d;
   projection3d::Config projection3d;
   record::Config record;
+  sensors::Config sensors;
   serve::Config serve;
 
   /// Throws InputError naming the setting, the fault and the remedy.

@@ -22,12 +22,28 @@ constexpr std::size_t kMosaicDepth = 1;
 // A long adjustment of the map must not hold up odometry. At --rate max it may: whatever belongs to
 // a shot waits for its revision to be recorded, images too.
 constexpr std::size_t kSettlementDepth = 256;
+// An image that waits in a queue is old when it is shown.
+constexpr std::size_t kLiveDepth = 2;
+// An AHRS at 100 Hz, while odometry takes ten seconds for an image.
+constexpr std::size_t kReadingDepth = 1024;
+constexpr std::size_t kAlertDepth = 64;
 
 // At --rate max every edge waits and nothing is lost. Otherwise the working edges drop as they do
 // live. Those to the recorder and the page wait: the recorder must have every pose, and neither
 // ever waits for a network.
 WhenFull when_full(const Rate& rate) {
   return rate.kind == Rate::Kind::max ? WhenFull::wait : WhenFull::drop;
+}
+
+// A replay's sensors are the logs beside its images.
+std::vector<sensors::Input> sensor_inputs_of(const Config& config, const Rate& rate) {
+  return sensors::parse_inputs(rate.kind == Rate::Kind::live ? config.sensors.inputs : "");
+}
+
+std::vector<std::string> names_of(const std::vector<sensors::Input>& inputs) {
+  std::vector<std::string> names;
+  std::ranges::transform(inputs, std::back_inserter(names), &sensors::Input::name);
+  return names;
 }
 
 reference::SurveyFrame::PlaneOf plane_of(const plane::Config& config) {
@@ -91,7 +107,9 @@ Graph::Odometry Graph::make_odometry(const odometry::Config& config,
 Graph::Graph(const Config& config, Rate rate, Ends ends, std::optional<GivenPoses> poses)
     : rate_(rate),
       ends_(ends),
-      survey_(config.reference, plane_of(config.plane), ends.source.lasers(),
+      sensor_inputs_(sensor_inputs_of(config, rate)),
+      vehicle_(config.sensors, names_of(sensor_inputs_)),
+      survey_(config.reference, plane_of(config.plane), ends.lasers,
               attitude_sigma_of(config.odometry)),
       odometry_(make_odometry(with_attitude_as_wanted(config), std::move(poses))),
       plane_(config.plane),
@@ -101,7 +119,10 @@ Graph::Graph(const Config& config, Rate rate, Ends ends, std::optional<GivenPose
       assembler_(rate.kind == Rate::Kind::max ? Assembler::Revisions::in_step
                                               : Assembler::Revisions::as_come,
                  [this](const record::Entry& entry) { write(entry); }),
-      shots_(kDepth, when_full(rate)),
+      readings_(kReadingDepth, WhenFull::drop, odometry_bell_),
+      shots_(rate.kind == Rate::Kind::live ? kLiveDepth : kDepth, when_full(rate), odometry_bell_),
+      capture_alerts_(kAlertDepth, WhenFull::drop, record_bell_),
+      sensor_alerts_(kAlertDepth, WhenFull::drop, record_bell_),
       orientations_(kDepth, when_full(rate)),
       recorded_orientations_(kRecordDepth, WhenFull::wait, record_bell_),
       page_orientations_(kDepth, WhenFull::wait, page_bell_),
@@ -117,7 +138,11 @@ Graph::Graph(const Config& config, Rate rate, Ends ends, std::optional<GivenPose
       settlements_(rate.kind == Rate::Kind::max ? kDepth : kSettlementDepth, WhenFull::wait),
       recorded_revisions_(kRecordDepth, WhenFull::wait, record_bell_),
       page_revisions_(kDepth, WhenFull::wait, page_bell_),
-      page_alerts_(kDepth, WhenFull::wait, page_bell_) {
+      page_alerts_(kDepth, WhenFull::wait, page_bell_),
+      output_orientations_(kDepth, WhenFull::drop, output_bell_),
+      output_clouds_(kDepth, WhenFull::drop, output_bell_) {
+  if (rate.kind == Rate::Kind::live && !config.sensors.outputs.empty())
+    outputs_.emplace(config.sensors);
   start_stages();
 }
 
@@ -155,10 +180,23 @@ void Graph::start_stages() {
                  [&](const Shared<Revision>& revision) { page.publish(*revision); })},
         [] {});
   }
+  if (outputs_) {
+    outputs_stage_ = std::make_unique<Stage>(
+        "outputs",
+        std::vector{
+            feed(output_orientations_, [this](const Shared<Orientation>& o) { outputs_->process(*o); }),
+            feed(output_clouds_, [this](const Shared<Cloud>& c) { outputs_->process(*c); })},
+        [] {});
+  }
   const auto assemble = [this](auto message) { assembler_.add(std::move(message)); };
+  const auto announce = [this](const Shared<Alert>& alert) {
+    ends_.dive.add(*alert);
+    tell(*alert);
+  };
   record_ = std::make_unique<Stage>(
       "record",
-      std::vector{feed(recorded_orientations_, assemble), feed(recorded_surfaces_, assemble),
+      std::vector{feed(capture_alerts_, announce), feed(sensor_alerts_, announce),
+                  feed(recorded_orientations_, assemble), feed(recorded_surfaces_, assemble),
                   feed(recorded_clouds_, assemble), feed(recorded_mosaics_, assemble),
                   feed(recorded_revisions_, assemble)},
       [this] { page_alerts_.close(); }, [this] { assembler_.finish(); });
@@ -183,6 +221,7 @@ void Graph::start_stages() {
       [this] {
         recorded_clouds_.close();
         page_clouds_.close();
+        output_clouds_.close();
       });
   fitting_ = std::make_unique<Stage>(
       "plane",
@@ -194,16 +233,33 @@ void Graph::start_stages() {
         page_surfaces_.close();
       });
   orienting_ = std::make_unique<Stage>(
-      "odometry", std::vector{feed(shots_, [this](Shared<Shot> shot) { orient(std::move(shot)); })},
+      "odometry",
+      std::vector{feed(readings_, [this](const Shared<sensors::Heard>& heard) { hear(*heard); }),
+                  feed(shots_, [this](Shared<Shot> shot) { orient(std::move(shot)); })},
       [this] {
         orientations_.close();
         recorded_orientations_.close();
         page_orientations_.close();
+        output_orientations_.close();
         settlements_.close();
       },
       [this] { pass_on(std::visit([](auto& engine) { return engine.finish(); }, odometry_)); });
   capture_ = std::make_unique<Stage>(
-      "capture", [this] { return capture_one(); }, [this] { shots_.close(); });
+      "capture", [this] { return capture_one(); },
+      [this] {
+        shots_.close();
+        capture_alerts_.close();
+        stop_.request_stop();  // also of a fault of its own
+      });
+  const auto close_sensors = [this] {
+    readings_.close();
+    sensor_alerts_.close();
+  };
+  if (sensor_inputs_.empty()) {
+    close_sensors();
+  } else {
+    sensors_ = std::make_unique<Stage>("sensors", [this] { return listen(); }, close_sensors);
+  }
   started_ = true;
 }
 
@@ -214,24 +270,68 @@ Graph::~Graph() {
 
 bool Graph::capture_one() {
   if (stop_.stop_requested()) return false;
-  std::optional<Shot> shot = ends_.source.next();
-  if (!shot || !wait_for(*shot)) return false;
-  std::vector<Alert> own = shot->alerts;
-  const std::uint64_t image = shot->image;
-  const Time time = shot->time;
-  shot->dropped_before += dropped_.images;
-  std::vector<Alert> before = dropped_.told(image, time);
-  shot->alerts.insert(shot->alerts.begin(), before.begin(), before.end());
-  if (shots_.push(std::make_shared<const Shot>(*std::move(shot)))) {
-    dropped_ = {};
-  } else {
-    dropped_.add(image, time, std::move(own));
-  }
+  std::optional<capture::Captured> captured = ends_.capture(stop_.get_token());
+  if (!captured) return false;
+  for (const Alert& alert : captured->alerts)
+    capture_alerts_.push(std::make_shared<const Alert>(alert));
+  if (!captured->shot) return true;
+  if (!wait_for(*captured->shot)) return false;
+  pass_on(*std::move(captured->shot));
   return true;
 }
 
+void Graph::pass_on(Shot shot) {
+  std::vector<Alert> own = shot.alerts;
+  const std::uint64_t image = shot.image;
+  const std::uint32_t missed = shot.missed_before;
+  const Time time = shot.time;
+  shot.dropped_before += dropped_.images;
+  shot.missed_before += dropped_.missed;
+  std::vector<Alert> before = dropped_.told(image, time);
+  shot.alerts.insert(shot.alerts.begin(), before.begin(), before.end());
+  if (shots_.push(std::make_shared<const Shot>(std::move(shot)))) {
+    dropped_ = {};
+  } else {
+    dropped_.add(image, time, std::move(own));
+    dropped_.missed += missed;
+  }
+}
+
+// Until told to stop; what the sensors say then is of no use any more.
+bool Graph::listen() {
+  const auto heard = [this](const sensors::Heard& reading) {
+    readings_.push(std::make_shared<const sensors::Heard>(reading));
+  };
+  const auto link = [this](const sensors::LinkChange& change) {
+    if (change.fault.empty()) return;
+    sensor_alerts_.push(std::make_shared<const Alert>(
+        Alert{change.time, std::nullopt, AlertKind::sensor_stale, change.fault,
+              "check the sensor, its cable and sensors.inputs; it is tried again every second"}));
+  };
+  sensors::Listener(sensor_inputs_, {heard, link}).run(stop_.get_token());
+  return false;
+}
+
+void Graph::hear(const sensors::Heard& heard) {
+  vehicle_.hear(heard.input, heard.time, heard.reading);
+}
+
+// What the vehicle's sensors say of a live image.
+Graph::Shared<Shot> Graph::with_sensors(Shared<Shot> shot) {
+  if (sensor_inputs_.empty()) return shot;
+  Shot marked = *shot;
+  std::vector<Alert> alerts = vehicle_.new_alerts(shot->time, shot->image);
+  std::ranges::move(alerts, std::back_inserter(marked.alerts));
+  if (shot->frame) {
+    Frame frame = *shot->frame;
+    vehicle_.mark(frame);
+    marked.frame = std::make_shared<const Frame>(std::move(frame));
+  }
+  return std::make_shared<const Shot>(std::move(marked));
+}
+
 void Graph::orient(Shared<Shot> shot) {
-  shot = survey_.mark(std::move(shot));
+  shot = survey_.mark(with_sensors(std::move(shot)));
   pass_on(std::visit([&](auto& engine) { return engine.process(std::move(shot)); }, odometry_));
 }
 
@@ -252,6 +352,7 @@ void Graph::pass_on(Orientation orientation) {
   recorded_orientations_.push(message);
   settlements_.push(std::make_shared<const Settlement>(std::move(settlement)));
   to_page(page_orientations_, message);
+  if (outputs_) output_orientations_.push(message);
   windows_skipped_ = orientations_.push(message) ? 0 : windows_skipped_ + 1;
 }
 
@@ -271,6 +372,7 @@ void Graph::project(Shared<Surface> surface) {
   const auto message = std::make_shared<const Cloud>(projection_.process(std::move(surface)));
   recorded_clouds_.push(message);
   to_page(page_clouds_, message);
+  if (outputs_) output_clouds_.push(message);
 }
 
 void Graph::stitch(Shared<Surface> surface) {
@@ -288,10 +390,12 @@ void Graph::look_back(const Shared<Settlement>& settlement) {
 void Graph::write(const record::Entry& entry) {
   const std::vector<Alert> alerts = ends_.dive.add(entry);
   ends_.progress.add(entry);
-  for (const Alert& alert : alerts) {
-    ends_.progress.add(alert);
-    to_page(page_alerts_, std::make_shared<const Alert>(alert));
-  }
+  for (const Alert& alert : alerts) tell(alert);
+}
+
+void Graph::tell(const Alert& alert) {
+  ends_.progress.add(alert);
+  to_page(page_alerts_, std::make_shared<const Alert>(alert));
 }
 
 void Graph::publish_statistics() {
@@ -323,17 +427,26 @@ bool Graph::wait_for(const Shot& shot) {
 std::exception_ptr Graph::join() {
   std::exception_ptr fault;
   for (const auto* stage : {&capture_, &orienting_, &fitting_, &projecting_, &stitching_,
-                            &revisiting_, &record_, &page_}) {
+                            &revisiting_, &record_, &page_, &outputs_stage_, &sensors_}) {
     if (!*stage) continue;
     if (const std::exception_ptr of_stage = (*stage)->join(); of_stage && !fault) fault = of_stage;
   }
   return fault;
 }
 
+std::vector<pipeline::StageActivity> Graph::activities() const {
+  std::vector<pipeline::StageActivity> all;
+  for (const auto* stage : {&capture_, &orienting_, &fitting_, &projecting_, &stitching_,
+                            &revisiting_, &record_, &page_, &outputs_stage_}) {
+    if (*stage) all.push_back((*stage)->activity());
+  }
+  return all;
+}
+
 std::vector<StageStats> Graph::stats() const {
   std::vector<StageStats> all;
   for (const auto* stage : {&capture_, &orienting_, &fitting_, &projecting_, &stitching_,
-                            &revisiting_, &record_, &page_}) {
+                            &revisiting_, &record_, &page_, &outputs_stage_}) {
     if (*stage) all.push_back((*stage)->stats());
   }
   return all;

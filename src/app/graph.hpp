@@ -2,10 +2,14 @@
 // SPDX-License-Identifier: Apache-2.0
 // Who feeds whom: the whole machine on one page (paper 3.1).
 //
-//   capture -> odometry -> plane -+-> mosaic2d ----+-> record, page
-//                  |              +-> projection3d -+
-//                  +-> revisit -> record, page
-//                  +-> record, page
+//   sensors -+
+//   capture -+-> odometry -> plane -+-> mosaic2d ----+-> record, page
+//                     |              +-> projection3d -+
+//                     +-> revisit -> record, page
+//                     +-> record, page
+//                     +-> outputs (poses; clouds from projection3d)
+//
+// Of live sources, sensors and capture send alerts that belong to no image to record, too.
 #pragma once
 
 #include <atomic>
@@ -22,7 +26,9 @@
 #include "nadir/odometry/posed_images.hpp"
 #include "nadir/pipeline/channel.hpp"
 #include "nadir/pipeline/stage.hpp"
+#include "nadir/sensors/listener.hpp"
 #include "options.hpp"
+#include "outputs.hpp"
 #include "progress.hpp"
 #include "publisher.hpp"
 
@@ -31,6 +37,7 @@ namespace nadir::app {
 /// Images that found no room since the last that did, and what they had to tell.
 struct Dropped {
   std::uint32_t images = 0;
+  std::uint32_t missed = 0;  ///< by the camera, before and between them
   std::uint64_t last_image = 0;
   Time last_time = 0;
   std::vector<Alert> alerts;
@@ -44,7 +51,9 @@ struct Dropped {
 class Graph {
  public:
   struct Ends {
-    capture::Source& source;
+    /// Waits for an image, a second at most; none at the end, or when told to stop.
+    std::function<std::optional<capture::Captured>(const std::stop_token&)> capture;
+    const std::optional<calibration::Lasers>& lasers;
     record::Dive& dive;
     Publisher* page;
     Progress& progress;
@@ -67,6 +76,8 @@ class Graph {
 
   /// Of every stage, for dive.json and the page.
   std::vector<StageStats> stats() const;
+  /// Of every stage but sensors, which waits for devices that may hang.
+  std::vector<pipeline::StageActivity> activities() const;
 
  private:
   template <class T>
@@ -81,6 +92,10 @@ class Graph {
   template <class T, class Process>
   pipeline::Input feed(Channel<T>& channel, Process process);
   bool capture_one();
+  void pass_on(Shot shot);
+  bool listen();
+  void hear(const sensors::Heard& heard);
+  Shared<Shot> with_sensors(Shared<Shot> shot);
   void orient(Shared<Shot> shot);
   void pass_on(Orientation orientation);
   void fit(Shared<Orientation> orientation);
@@ -88,6 +103,7 @@ class Graph {
   void stitch(Shared<Surface> surface);
   void look_back(const Shared<Settlement>& settlement);
   void write(const record::Entry& entry);
+  void tell(const Alert& alert);
   void publish_statistics();
 
   void start_stages();
@@ -99,12 +115,15 @@ class Graph {
 
   const Rate rate_;
   Ends ends_;
+  const std::vector<sensors::Input> sensor_inputs_;
+  sensors::VehicleState vehicle_;
   reference::SurveyFrame survey_;
   Odometry odometry_;
   plane::PlaneFit plane_;
   mosaic2d::Mosaicker mosaicker_;
   projection3d::PlaneProjection projection_;
   revisit::Revisit revisit_;
+  std::optional<Outputs> outputs_;  ///< of live images, when any are configured
   Assembler assembler_;
 
   std::chrono::steady_clock::time_point begun_ = std::chrono::steady_clock::now(), told_ = begun_;
@@ -117,9 +136,13 @@ class Graph {
   std::stop_source stop_;
   std::atomic<bool> started_ = false;  ///< every stage exists
 
-  Bell record_bell_ = std::make_shared<pipeline::Bell>(),
+  Bell output_bell_ = std::make_shared<pipeline::Bell>(),
+       odometry_bell_ = std::make_shared<pipeline::Bell>(),
+       record_bell_ = std::make_shared<pipeline::Bell>(),
        page_bell_ = std::make_shared<pipeline::Bell>();
+  Channel<sensors::Heard> readings_;
   Channel<Shot> shots_;
+  Channel<Alert> capture_alerts_, sensor_alerts_;
   Channel<Orientation> orientations_, recorded_orientations_, page_orientations_;
   Channel<Surface> projection_surfaces_, mosaic_surfaces_, recorded_surfaces_, page_surfaces_;
   Channel<Cloud> recorded_clouds_, page_clouds_;
@@ -127,9 +150,11 @@ class Graph {
   Channel<Settlement> settlements_;
   Channel<Revision> recorded_revisions_, page_revisions_;
   Channel<Alert> page_alerts_;
+  Channel<Orientation> output_orientations_;
+  Channel<Cloud> output_clouds_;
 
-  std::unique_ptr<pipeline::Stage> page_, record_, revisiting_, stitching_, projecting_, fitting_,
-      orienting_, capture_;
+  std::unique_ptr<pipeline::Stage> outputs_stage_, page_, record_, revisiting_, stitching_, projecting_, fitting_,
+      orienting_, capture_, sensors_;
 };
 
 }  // namespace nadir::app

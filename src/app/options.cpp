@@ -47,6 +47,22 @@ void add_settings(CLI::App& app, Settings& settings) {
       ->allow_extra_args(false);
 }
 
+void add_address(CLI::Option& option) {
+  option.type_name("ADDRESS")->check([](const std::string& text) {
+    return parse_address(text) ? std::string()
+                               : "'" + text + "' is not host:port, as 0.0.0.0:8765 is";
+  });
+}
+
+void describe_run(CLI::App& verb, Run& run, std::string& address) {
+  add_settings(verb, run.settings);
+  add_address(*verb.add_option("--serve", address,
+                               "the page's address, host:port; default: serve.address and port"));
+  verb.footer(
+      "Waits for the cameras of capture.camera, maps into a new folder of record.dives, and makes\n"
+      "the files of dives that were cut off. As nadir.service it starts with the computer.");
+}
+
 void describe_replay(CLI::App& verb, Replay& replay, std::string& address, std::string& rate) {
   verb.add_option("FOLDER", replay.folder,
                   "survey folder, a bare folder of images, or a video file")
@@ -70,13 +86,8 @@ void describe_replay(CLI::App& verb, Replay& replay, std::string& address, std::
       ->check(not_empty)
       ->excludes(poses);
   add_settings(verb, replay.settings);
-  auto* serve = verb.add_option("--serve", address, "show the map at http://ADDRESS, host:port")
-                    ->type_name("ADDRESS")
-                    ->check([](const std::string& text) {
-                      return parse_address(text)
-                                 ? std::string()
-                                 : "'" + text + "' is not host:port, as 0.0.0.0:8765 is";
-                    });
+  auto* serve = verb.add_option("--serve", address, "show the map at http://ADDRESS, host:port");
+  add_address(*serve);
   verb.add_flag("--no-serve")->description("no page (the default)")->excludes(serve);
   verb.add_flag("--keep-serving", replay.keep_serving,
                 "go on serving after the last image, until interrupted")
@@ -121,6 +132,8 @@ void describe_check(CLI::App& verb, CheckCalibration& check) {
 
 Command parse_command_line(int argc, const char* const* argv) {
   CLI::App app("nadir: a live seabed map from underwater images", "nadir");
+  Run live;
+  Doctor doctor;
   Replay replay;
   Simulate simulate;
   Recover recover;
@@ -132,6 +145,12 @@ Command parse_command_line(int argc, const char* const* argv) {
   bool dump_config = false;
   app.add_flag("--dump-config", dump_config, "print every setting with its value and unit as TOML");
   add_settings(app, dump.settings);
+  auto* run_verb = app.add_subcommand("run", "map what the cameras see, until told to stop");
+  describe_run(*run_verb, live, address);
+  auto* doctor_verb = app.add_subcommand(
+      "doctor", "test cameras, sensors, disk, clock and page before a dive");
+  add_settings(*doctor_verb, doctor.settings);
+  doctor_verb->footer("Exit status 0 when a dive can be mapped, 1 when something is bad.");
   auto* replay_verb =
       app.add_subcommand("replay", "map a folder of images or a video into a dive folder");
   describe_replay(*replay_verb, replay, address, rate);
@@ -147,13 +166,13 @@ Command parse_command_line(int argc, const char* const* argv) {
   std::string topic;
   auto* help_verb = app.add_subcommand("help", "explain a verb");
   help_verb->add_option("VERB", topic)
-      ->check(CLI::IsMember({"replay", "simulate", "recover", "check-calibration", "help"}));
+      ->check(CLI::IsMember({"run", "doctor", "replay", "simulate", "recover", "check-calibration", "help"}));
   app.require_subcommand(0, 1);
 
   try {
     app.parse(argc, argv);
     if (!dump_config && app.get_subcommands().empty()) {
-      throw CLI::RequiredError("a verb: replay, simulate, recover, check-calibration or help");
+      throw CLI::RequiredError("a verb: run, doctor, replay, simulate, recover, check-calibration or help");
     }
     if (!dump_config && (dump.settings.file || !dump.settings.assignments.empty())) {
       throw CLI::ValidationError("--config and --set stand behind the verb");
@@ -167,6 +186,11 @@ Command parse_command_line(int argc, const char* const* argv) {
     std::cout << (topic.empty() ? app.help() : app.get_subcommand(topic)->help());
     return Answered{0};
   }
+  if (*run_verb) {
+    if (!address.empty()) live.serve = parse_address(address);
+    return live;
+  }
+  if (*doctor_verb) return doctor;
   if (*simulate_verb) return simulate;
   if (*recover_verb) return recover;
   if (*check_verb) return check;

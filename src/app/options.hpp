@@ -13,9 +13,9 @@
 
 namespace nadir::app {
 
-/// How fast a replay feeds its images.
+/// How fast images come: a replay's by choice, those of a camera as it takes them.
 struct Rate {
-  enum class Kind { max, recorded, fixed };
+  enum class Kind { max, recorded, fixed, live };
   Kind kind = Kind::max;
   double hz = 0;  ///< of Kind::fixed
 };
@@ -39,6 +39,15 @@ struct Replay {
   std::optional<Address> serve;
   bool keep_serving = false;
   Rate rate;
+};
+
+struct Run {
+  Settings settings;
+  std::optional<Address> serve;
+};
+
+struct Doctor {
+  Settings settings;
 };
 
 struct Simulate {
@@ -76,7 +85,7 @@ class UsageError : public std::runtime_error {
   using std::runtime_error::runtime_error;
 };
 
-using Command = std::variant<Answered, DumpConfig, Replay, Simulate, Recover, CheckCalibration>;
+using Command = std::variant<Answered, DumpConfig, Run, Doctor, Replay, Simulate, Recover, CheckCalibration>;
 
 /// Exit status 2 for a wrong command line, with what is wrong on standard error.
 Command parse_command_line(int argc, const char* const* argv);

@@ -63,8 +63,9 @@ void Progress::show(bool now) {
   shown_ = time;
   const double elapsed = std::chrono::duration<double>(time - begun_).count();
   std::fprintf(out_,
-               "%s%llu of %zu images, %.1f per second, %s: %llu oriented, %llu lost, %llu planes%s",
-               terminal_ ? "\r\033[K" : "", static_cast<unsigned long long>(captured_), total_,
+               "%s%llu%s images, %.1f per second, %s: %llu oriented, %llu lost, %llu planes%s",
+               terminal_ ? "\r\033[K" : "", static_cast<unsigned long long>(captured_),
+               total_ > 0 ? (" of " + std::to_string(total_)).c_str() : "",
                elapsed > 0 ? static_cast<double>(captured_) / elapsed : 0.0,
                std::string(to_string(state_)).c_str(), static_cast<unsigned long long>(oriented_),
                static_cast<unsigned long long>(lost_), static_cast<unsigned long long>(planes_),

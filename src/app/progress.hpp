@@ -15,7 +15,7 @@ namespace nadir::app {
 
 class Progress {
  public:
-  /// total: images expected; out is asked whether it is a terminal.
+  /// total: images expected, 0: unknown; out is asked whether it is a terminal.
   Progress(std::size_t total, std::FILE* out);
 
   void add(const record::Entry& entry);

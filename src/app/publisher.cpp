@@ -68,7 +68,7 @@ void Publisher::send_state() {
 void Publisher::publish(const Orientation& orientation) {
   if (const Shot* shot = orientation.shot.get()) {
     state_.captured = shot->image + 1;
-    state_.dropped += shot->dropped_before + (shot->frame ? 0 : 1);
+    state_.dropped += shot->dropped_before + shot->missed_before + (shot->frame ? 0 : 1);
     state_.image = shot->image;
     state_.time = shot->time;
     for (const Alert& alert : shot->alerts) publish(alert);

@@ -11,6 +11,9 @@
 
 namespace nadir::capture {
 
+/// Images are never exactly as far apart as their rate says: so much of its period is enough.
+inline constexpr double kRateSlack = 0.95;
+
 /// The calibration given, or FOLDER/calib.yml.
 std::filesystem::path calibration_file(const std::filesystem::path& folder,
                                        const std::optional<std::filesystem::path>& calibration);

@@ -19,8 +19,23 @@ void Config::check() const {
     throw InputError("capture.mounting_" + std::string(key) + "_deg = " + std::to_string(angle) +
                      ": must be -180 to 180");
   }
-  require_setting(video_rate_hz >= 0 && video_rate_hz <= 1000, "capture.video_rate_hz",
-                  "0 (all images) to 1000 Hz");
+  require_setting(rate_hz >= 0 && rate_hz <= 1000, "capture.rate_hz", "0 (all images) to 1000 Hz");
+  require_setting(exposure_ms >= 0 && exposure_ms <= 1000, "capture.exposure_ms",
+                  "0 (automatic) to 1000 ms");
+  require_setting(gain >= -1, "capture.gain", "-1 (automatic) or more");
+  require_setting(focus >= -1, "capture.focus", "-1 (as it is) or more");
+  require_setting(max_skew_ms > 0 && max_skew_ms <= 1000, "capture.max_skew_ms", "up to 1000 ms");
+  require_setting(!camera.empty(), "capture.camera", "a camera's name, or \"auto\"");
+  for (const std::string* name : {&camera, &camera_right}) {
+    if (camera_right.empty() || name->find("/dev/video") != 0) continue;
+    throw InputError(*name +
+                     " may be the other camera of the pair after the next start; name each by its "
+                     "path in /dev/v4l/by-path, or by its serial number");
+  }
+  if (!camera_right.empty() && (camera == camera_right || camera == "auto")) {
+    throw InputError("capture.camera = '" + camera + "' and capture.camera_right = '" +
+                     camera_right + "' do not tell the two cameras of a pair apart; name both");
+  }
 }
 
 Eigen::Quaterniond Config::body_from_camera() const {

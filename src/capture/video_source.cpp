@@ -96,13 +96,11 @@ VideoInfo probe(const fs::path& video) {
 }
 
 std::vector<std::string> decoding(const fs::path& video, double rate_hz) {
-  // Images of a camera are never exactly as far apart as asked for.
-  constexpr double kSlack = 0.95;
   // Microseconds, since showinfo rounds seconds to six digits.
   std::string filter = "settb=1/1000000,showinfo";
   if (rate_hz > 0) {
     filter = "select='isnan(prev_selected_t)+gte(t-prev_selected_t," +
-             std::to_string(kSlack / rate_hz) + ")'," + filter;
+             std::to_string(kRateSlack / rate_hz) + ")'," + filter;
   }
   std::vector<std::string> command{"ffmpeg", "-nostdin", "-hide_banner", "-nostats",
                                    "-noautorotate"};
@@ -185,9 +183,9 @@ VideoSource::VideoSource(const fs::path& video, const std::optional<fs::path>& c
   s.sensors.emplace(folder);
   s.lasers = lasers_beside(folder);
   const double rate =
-      config.video_rate_hz > 0 ? std::min(config.video_rate_hz, s.info.rate_hz) : s.info.rate_hz;
+      config.rate_hz > 0 ? std::min(config.rate_hz, s.info.rate_hz) : s.info.rate_hz;
   s.expected = static_cast<std::size_t>(std::max(0.0, std::round(rate * s.info.duration_s)));
-  s.ffmpeg.emplace(decoding(video, config.video_rate_hz));
+  s.ffmpeg.emplace(decoding(video, config.rate_hz));
   s.following = s.read();
   if (s.following) return;
   std::vector<Alert> alerts;

@@ -3,9 +3,13 @@
 #include "nadir/pipeline/stage.hpp"
 
 #include <pthread.h>
+#include <unistd.h>
 
 #include <algorithm>
 #include <ctime>
+#include <fstream>
+#include <iterator>
+#include <sstream>
 
 #include "nadir/core/check.hpp"
 
@@ -23,6 +27,21 @@ double thread_cpu_s() {
   timespec used{};
   clock_gettime(CLOCK_THREAD_CPUTIME_ID, &used);
   return static_cast<double>(used.tv_sec) + 1e-9 * static_cast<double>(used.tv_nsec);
+}
+
+// Of any thread of this process: its clock may be asked only while it is sure to run. proc(5): the
+// name, in brackets, is the second field, user and system time are the 14th and 15th.
+double cpu_s_of(int thread) {
+  std::ifstream file("/proc/self/task/" + std::to_string(thread) + "/stat");
+  const std::string text(std::istreambuf_iterator<char>(file), {});
+  const std::size_t name_end = text.rfind(')');
+  if (name_end == text.npos) return 0;
+  std::istringstream fields(text.substr(name_end + 1));
+  std::string passed_over;
+  for (int field = 3; field < 14; ++field) fields >> passed_over;
+  double user = 0, system = 0;
+  fields >> user >> system;
+  return (user + system) / static_cast<double>(sysconf(_SC_CLK_TCK));
 }
 
 }  // namespace
@@ -73,8 +92,18 @@ StageStats Stage::stats() const {
   return stats;
 }
 
+StageActivity Stage::activity() const {
+  StageActivity activity{name_, {}, 0};
+  if (const Meter::Clock::rep begun = begun_; begun != 0) {
+    activity.busy = Meter::Clock::now().time_since_epoch() - Meter::Clock::duration(begun);
+  }
+  if (const int thread = thread_id_; thread != 0) activity.cpu_s = cpu_s_of(thread);
+  return activity;
+}
+
 void Stage::run(const std::function<void()>& work) {
   pthread_setname_np(pthread_self(), name_.substr(0, kThreadNameLength).c_str());
+  thread_id_ = gettid();
   try {
     work();
     if (flush_ && !stopped_) flush_();
@@ -84,9 +113,18 @@ void Stage::run(const std::function<void()>& work) {
   for (const Input& input : inputs_) input.edge->abandon();
   close_();
   cpu_s_ = thread_cpu_s();
+  begun_ = 0;
+  thread_id_ = 0;
+}
+
+Meter::Clock::time_point Stage::begin() {
+  const auto now = Meter::Clock::now();
+  begun_ = now.time_since_epoch().count();
+  return now;
 }
 
 void Stage::measure(Meter::Clock::time_point begin) {
+  begun_ = 0;
   meter_.add(begin, Meter::Clock::now(), arrived());
   cpu_s_ = thread_cpu_s();
 }
@@ -95,8 +133,9 @@ void Stage::consume() {
   Bell& bell = *inputs_[0].edge->bell();
   while (!std::ranges::all_of(inputs_, [](const Input& input) { return input.edge->ended(); })) {
     bell.wait();
-    const auto begin = Meter::Clock::now();
-    if (take_one()) measure(begin);
+    const auto begun = begin();
+    if (take_one()) measure(begun);
+    begun_ = 0;
   }
 }
 
@@ -106,9 +145,9 @@ bool Stage::take_one() {
 
 void Stage::produce(const std::function<bool()>& produce_one) {
   while (!stopped_) {
-    const auto begin = Meter::Clock::now();
+    const auto begun = begin();
     if (!produce_one()) return;
-    measure(begin);
+    measure(begun);
   }
 }
 

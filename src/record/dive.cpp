@@ -189,6 +189,8 @@ void Dive::State::record_pending() {
   }
 }
 
+void Config::check() const { require_setting(!dives.empty(), "record.dives", "a folder"); }
+
 Dive::Dive(const fs::path& folder, const DiveInfo& info, const Config& config)
     : Dive(folder, info, config, system_disk()) {}
 

@@ -50,7 +50,7 @@ struct Facts {
   Time time = 0;
   std::string name;
   bool rejected = false;
-  std::uint32_t dropped_before = 0;
+  std::uint32_t dropped_before = 0, missed_before = 0;
   TrackingState state = TrackingState::waiting;
   std::uint32_t submap = 0;
   std::vector<ImagePose> poses;

@@ -29,6 +29,7 @@ void add_shot(const Facts& facts, Ledger& ledger) {
   image.health = facts.health;
   image.dead_reckoned = facts.dead_reckoned;
   ledger.queue_full += facts.dropped_before;
+  ledger.camera += facts.missed_before;
 }
 
 void add_orientation(const Facts& facts, Ledger& ledger) {
@@ -222,7 +223,8 @@ ImageCounts Ledger::counts() const {
   const std::uint64_t last = images.empty() ? 0 : images.rbegin()->first + 1;
   counts.captured = std::max({captured, last, told});
   counts.queue_full = std::min(queue_full, counts.captured - told);
-  counts.storage = counts.captured - told - counts.queue_full;
+  counts.camera = std::min(camera, counts.captured - told - counts.queue_full);
+  counts.storage = counts.captured - told - counts.queue_full - counts.camera;
   return counts;
 }
 

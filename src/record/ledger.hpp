@@ -38,9 +38,10 @@ struct ProjectedFacts {
 /// Images of each fate; they add up to captured.
 struct ImageCounts {
   std::uint64_t captured = 0, oriented = 0, lost = 0;
-  std::uint64_t image_rejected = 0, queue_full = 0, storage = 0;  ///< dropped, by cause
+  std::uint64_t image_rejected = 0, queue_full = 0, camera = 0,
+                storage = 0;  ///< dropped, by cause
 
-  std::uint64_t dropped() const { return image_rejected + queue_full + storage; }
+  std::uint64_t dropped() const { return image_rejected + queue_full + camera + storage; }
 };
 
 // NOLINTNEXTLINE(bugprone-exception-escape): moving a map throws nothing here
@@ -65,7 +66,7 @@ struct Ledger {
   Corrections corrections;
   std::map<std::uint32_t, Scale> corrected_scales;  ///< by sub-map
   std::map<std::uint32_t, std::uint32_t> joined;    ///< a sub-map to the one it was joined to
-  std::uint64_t queue_full = 0, captured = 0;
+  std::uint64_t queue_full = 0, camera = 0, captured = 0;
   bool ended = false;  ///< the dive came to its end
   std::uint64_t missing_records = 0;
 

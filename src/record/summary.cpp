@@ -19,6 +19,7 @@ json counts_json(const Ledger& ledger) {
           {"dropped",
            {{"image_rejected", counts.image_rejected},
             {"queue_full", counts.queue_full},
+            {"camera", counts.camera},
             {"storage", counts.storage}}},
           {"tie_points", ledger.tie_points.size()},
           {"windows", ledger.windows},

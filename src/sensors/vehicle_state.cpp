@@ -11,6 +11,7 @@
 #include "angle.hpp"
 #include "nadir/core/check.hpp"
 #include "nadir/sensors/input.hpp"
+#include "nadir/sensors/pose_output.hpp"
 
 namespace nadir::sensors {
 namespace {
@@ -69,6 +70,8 @@ void require_delay(double delay, const char* key) {
 
 void Config::check() const {
   (void)parse_inputs(inputs);
+  (void)parse_outputs(outputs);
+  require_setting(mavlink_system >= 1, "sensors.mavlink_system", "1 to 255");
   require_delay(attitude_delay_s, "sensors.attitude_delay_s");
   require_delay(depth_delay_s, "sensors.depth_delay_s");
   require_delay(altitude_delay_s, "sensors.altitude_delay_s");

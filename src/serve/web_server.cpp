@@ -123,7 +123,7 @@ void Config::check() const {
 
 class WebServer::Reactor {
  public:
-  Reactor(Config config, std::vector<Asset> assets);
+  Reactor(Config config, std::vector<Asset> assets, std::optional<int> listening);
   ~Reactor() { stop(); }
 
   std::uint16_t port() const { return port_; }
@@ -133,6 +133,7 @@ class WebServer::Reactor {
 
  private:
   void listen();
+  void take_over(int listening);
   asio::awaitable<void> accept();
   asio::awaitable<void> answer(Stream stream);
   asio::awaitable<void> reply(Stream& stream, const HttpRequest& request, bool more);
@@ -154,7 +155,7 @@ class WebServer::Reactor {
   std::jthread thread_;
 };
 
-WebServer::Reactor::Reactor(Config config, std::vector<Asset> assets)
+WebServer::Reactor::Reactor(Config config, std::vector<Asset> assets, std::optional<int> listening)
     : config_((config.check(), std::move(config))),
       feed_{random_id(),
             RetainedRecords(config_.retained_bytes),
@@ -164,7 +165,11 @@ WebServer::Reactor::Reactor(Config config, std::vector<Asset> assets)
             static_cast<int>(config_.client_bytes),
             {}} {
   for (Asset& asset : assets) assets_.emplace(asset.path, asset);
-  listen();
+  if (listening) {
+    take_over(*listening);
+  } else {
+    listen();
+  }
   spawn(io_, accept());
   thread_ = std::jthread([this] {
     pthread_setname_np(pthread_self(), "serve");
@@ -189,6 +194,21 @@ void WebServer::Reactor::listen() {
         error.message() +
         "; end the program that holds it or choose another (serve.address, serve.port)");
   }
+  port_ = acceptor_.local_endpoint().port();
+}
+
+void WebServer::Reactor::take_over(int listening) {
+  sockaddr_storage address{};
+  socklen_t size = sizeof address;
+  error_code error;
+  const bool known = ::getsockname(listening, reinterpret_cast<sockaddr*>(&address), &size) == 0;
+  const auto protocol = address.ss_family == AF_INET6 ? tcp::v6() : tcp::v4();
+  const bool internet = address.ss_family == AF_INET6 || address.ss_family == AF_INET;
+  if (known && internet) acceptor_.assign(protocol, listening, error);
+  if (!known || !internet || error) {
+    throw InputError("the socket that was handed over is none for TCP; correct nadir.socket");
+  }
+  ::fcntl(listening, F_SETFD, FD_CLOEXEC);
   port_ = acceptor_.local_endpoint().port();
 }
 
@@ -339,8 +359,8 @@ asio::awaitable<void> WebServer::Reactor::view(Stream& stream, const HttpRequest
   if (viewers_.empty()) farewell_.cancel();
 }
 
-WebServer::WebServer(Config config, std::vector<Asset> assets)
-    : reactor_(std::make_unique<Reactor>(std::move(config), std::move(assets))) {}
+WebServer::WebServer(Config config, std::vector<Asset> assets, std::optional<int> listening)
+    : reactor_(std::make_unique<Reactor>(std::move(config), std::move(assets), listening)) {}
 WebServer::~WebServer() = default;
 std::uint16_t WebServer::port() const { return reactor_->port(); }
 void WebServer::publish(Lane lane, std::uint64_t key, wire::Bytes record) {

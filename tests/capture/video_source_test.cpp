@@ -79,7 +79,7 @@ double difference(const cv::Mat& a, const cv::Mat& b) { return cv::norm(a, b, cv
 
 Config every_image() {
   Config config;
-  config.video_rate_hz = 0;
+  config.rate_hz = 0;
   return config;
 }
 
@@ -109,7 +109,7 @@ TEST(VideoSource, GivesEveryImageWithItsTime) {
 
 TEST(VideoSource, TakesImagesAtTheRateAskedFor) {
   Config config;
-  config.video_rate_hz = 5;
+  config.rate_hz = 5;
   const std::vector<Shot> shots = shots_of(video(), config);
   ASSERT_EQ(shots.size(), std::size_t{kImages / 3});
   for (std::size_t i = 0; i < shots.size(); ++i) {

@@ -46,6 +46,25 @@ TEST(Stage, PassesTheEndDownTheFlow) {
   EXPECT_GT(square.stats().rate_out_hz, 0);
 }
 
+TEST(Stage, TellsHowLongItsItemTakes) {
+  Channel<int> numbers(2, WhenFull::wait);
+  std::atomic<bool> released = false;
+  Stage stage("stage", {from(numbers, [&](int) { released.wait(false); })}, [] {});
+  EXPECT_FALSE(stage.activity().busy);
+  numbers.push(1);
+  while (!stage.activity().busy || *stage.activity().busy < 30ms) std::this_thread::yield();
+  const double cpu_s = stage.activity().cpu_s;
+  std::this_thread::sleep_for(30ms);
+  EXPECT_NEAR(stage.activity().cpu_s, cpu_s, 0.01);  // it sleeps
+  EXPECT_EQ(stage.activity().stage, "stage");
+  released = true;
+  released.notify_all();
+  while (stage.activity().busy) std::this_thread::yield();
+  numbers.close();
+  stage.join();
+  EXPECT_FALSE(stage.activity().busy);
+}
+
 TEST(Stage, CountsTheCpuTimeOfItsThread) {
   Channel<int> numbers(2, WhenFull::wait);
   const auto work_until_20_ms_are_used = [](int) {

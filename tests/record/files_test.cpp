@@ -353,27 +353,30 @@ TEST(DiveJson, CountsEveryImageOnce) {
   const ScratchFolder scratch;
   {
     Dive dive(scratch / "dive", small.info(), {});
-    for (const std::uint64_t i : {0u, 1u, 3u, 4u}) {
+    for (const std::uint64_t i : {0u, 1u, 5u, 6u}) {
       const Entry made = small.entry(i);
       auto orientation = std::make_shared<Orientation>(*made.orientation);
-      if (i == 3) {
+      if (i == 5) {
         auto shot = std::make_shared<Shot>(*orientation->shot);
         shot->dropped_before = 1;
+        shot->missed_before = 2;
         orientation->shot = shot;
       }
-      if (i == 4) {
+      if (i == 6) {
         orientation->poses.clear();
-        orientation->lost = {4};
+        orientation->lost = {6};
       }
       ASSERT_TRUE(dive.add({orientation, made.surface, nullptr, nullptr}).empty());
     }
     ASSERT_TRUE(dive.finish({}, 2).empty());
   }
   const json counts = json::parse(read_text(scratch / "dive/dive.json"))["counts"];
-  EXPECT_EQ(counts["captured"], 7);
+  EXPECT_EQ(counts["captured"], 9);
   EXPECT_EQ(counts["oriented"], 2);
   EXPECT_EQ(counts["lost"], 1);
-  EXPECT_EQ(counts["dropped"], (json{{"image_rejected", 1}, {"queue_full", 3}, {"storage", 0}}));
+  EXPECT_EQ(
+      counts["dropped"],
+      (json{{"image_rejected", 1}, {"queue_full", 3}, {"camera", 2}, {"storage", 0}}));
 }
 
 TEST(DiveJson, SaysWhatTheDiveIs) {

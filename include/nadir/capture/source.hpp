@@ -25,9 +25,18 @@ struct Config {
   double mounting_pitch_deg = 0;  ///< a camera that looks ahead by 30 degrees has +30
   double mounting_yaw_deg = 0;    ///< clockwise seen from above
 
-  double video_rate_hz = 10;  ///< images a second taken from a video; 0: all
+  double rate_hz = 10;  ///< images a second taken from a video or a camera; 0: all
 
-  /// Throws InputError for any other scale, an angle beyond 180 degrees or a negative rate.
+  // Live cameras.
+  std::string camera = "auto";  ///< of a pair the left one; "auto", or as CameraSource says
+  std::string camera_right;     ///< empty: a single camera
+  std::string calibration = "/etc/nadir/camera.yml";  ///< lasers.yml lies beside it
+  double exposure_ms = 0;                             ///< 0: automatic
+  double gain = -1;                                   ///< in the camera's unit; -1: automatic
+  int focus = -1;          ///< in the camera's unit; -1: as it is. It never focuses by itself
+  double max_skew_ms = 2;  ///< between the pictures of a pair, before it is told
+
+  /// Throws InputError naming the setting that is out of range.
   void check() const;
   Eigen::Quaterniond body_from_camera() const;
   int divisor() const { return static_cast<int>(1 / scale); }
@@ -37,6 +46,12 @@ struct Config {
 struct ListedImage {
   std::string name;  ///< of its file, without extension
   std::optional<Time> time;
+};
+
+/// What came of waiting for a camera.
+struct Captured {
+  std::optional<Shot> shot;
+  std::vector<Alert> alerts;  ///< that belong to no image
 };
 
 class Source {

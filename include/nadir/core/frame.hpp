@@ -57,8 +57,8 @@ struct Frame {
 };
 
 /// What became of one image of the input: a frame, or the alerts that say why not.
-/// Image numbers may skip: those between two shots were dropped by a full queue and are counted
-/// here.
+/// Image numbers may skip: those between two shots were missed by the camera, or dropped by a full
+/// queue, and are counted here.
 struct Shot {
   std::uint64_t image = 0;
   Time time = 0;
@@ -66,6 +66,7 @@ struct Shot {
   std::shared_ptr<const Frame> frame;  ///< null when the image was rejected
   std::vector<Alert> alerts;
   std::uint32_t dropped_before = 0;
+  std::uint32_t missed_before = 0;
 };
 
 }  // namespace nadir

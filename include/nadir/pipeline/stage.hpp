@@ -4,8 +4,11 @@
 // what it feeds.
 #pragma once
 
+#include <atomic>
+#include <chrono>
 #include <exception>
 #include <functional>
+#include <optional>
 #include <string>
 #include <thread>
 #include <utility>
@@ -34,6 +37,14 @@ Input from(Channel<T>& channel, Process process) {
           }};
 }
 
+/// What a stage is at, to tell one that works from one that hangs.
+struct StageActivity {
+  std::string stage;
+  /// How long the item in hand, or the wait for one to produce, has taken; none between items.
+  std::optional<std::chrono::nanoseconds> busy;
+  double cpu_s = 0;  ///< of its thread so far, the item in hand included
+};
+
 /// A named thread, from construction to join().
 class Stage {
  public:
@@ -58,11 +69,14 @@ class Stage {
 
   /// Any thread, at any time. Rates are means over at most the last ten seconds.
   StageStats stats() const;
+  /// Any thread, at any time.
+  StageActivity activity() const;
 
  private:
   void run(const std::function<void()>& work);
   void consume();
   bool take_one();
+  Meter::Clock::time_point begin();
   void measure(Meter::Clock::time_point begin);
   void produce(const std::function<bool()>& produce_one);
   std::uint64_t arrived() const;
@@ -74,6 +88,8 @@ class Stage {
   std::exception_ptr fault_;
   std::atomic<bool> stopped_ = false;
   std::atomic<double> cpu_s_ = 0;
+  std::atomic<Meter::Clock::rep> begun_ = 0;  ///< of the item in hand; 0: none
+  std::atomic<int> thread_id_ = 0;            ///< while it runs
   std::jthread thread_;
 };
 

@@ -20,10 +20,13 @@ namespace nadir::record {
 class Disk;
 
 struct Config {
+  std::string dives = "/var/lib/nadir/dives";  ///< of the service, a folder each
+
   bool projected = true;   ///< save each projected image; without them mosaics cannot be recovered
   bool small_png = false;  ///< smaller projected images for a little more time
 
-  void check() const {}
+  /// Throws InputError when dives is empty.
+  void check() const;
 };
 
 /// What is known when the dive begins.

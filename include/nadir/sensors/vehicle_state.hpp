@@ -31,6 +31,9 @@ struct Config {
   /// True minus magnetic north, east positive; used while no sensor tells it.
   double magnetic_variation_deg = 0;
 
+  std::string outputs;              ///< see parse_outputs; empty: nothing is sent
+  std::uint8_t mavlink_system = 1;  ///< the vehicle's number, as which is sent
+
   /// Throws InputError naming the setting that is out of range, or an input that is malformed.
   void check() const;
 };

@@ -8,6 +8,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <memory>
+#include <optional>
 #include <span>
 #include <string>
 #include <string_view>
@@ -53,7 +54,9 @@ enum class Lane {
 class WebServer {
  public:
   /// Listens at once. Throws InputError when it cannot, with the address and the remedy.
-  WebServer(Config config, std::vector<Asset> assets);
+  /// listening: a TCP socket that does already, of systemd; instead of address and port. Owned from
+  /// then on.
+  WebServer(Config config, std::vector<Asset> assets, std::optional<int> listening = {});
   ~WebServer();
 
   std::uint16_t port() const;

@@ -1,0 +1,39 @@
+// SPDX-FileCopyrightText: nadir contributors
+// SPDX-License-Identifier: Apache-2.0
+// Images from cameras as they are taken.
+#pragma once
+
+#include <stop_token>
+
+#include "nadir/capture/source.hpp"
+
+namespace nadir::capture {
+
+/// One V4L2 camera, or two as a pair. Config::camera and camera_right name them: a path of
+/// /dev/v4l/by-path or by-id; the serial number, the bus or the card that VIDIOC_QUERYCAP tells, if
+/// just one camera has it; or "auto", the only USB camera.
+class CameraSource {
+ public:
+  /// Opens no camera yet. Throws InputError when the calibration is missing, malformed or not of as
+  /// many cameras.
+  explicit CameraSource(const Config& config);
+  ~CameraSource();
+
+  /// Waits for the next image or pair, a second at most; none once told to stop. Cameras that are
+  /// not there, fail or fall silent are opened again and again, told by camera_lost and camera_back.
+  /// Times are CLOCK_MONOTONIC's and increase. Images that a camera or its cable lost or damaged
+  /// are counted in Shot::missed_before and told.
+  std::optional<Captured> next(const std::stop_token& stop);
+
+  /// At the processed scale; has a right camera only for a pair.
+  std::shared_ptr<const CameraRig> rig() const;
+  const std::optional<calibration::Lasers>& lasers() const;
+  /// Right minus left time of a pair's pictures, the median of the last twenty; none before.
+  std::optional<Time> skew() const;
+
+ private:
+  struct State;
+  std::unique_ptr<State> state_;
+};
+
+}  // namespace nadir::capture

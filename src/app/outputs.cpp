@@ -1,0 +1,78 @@
+// SPDX-FileCopyrightText: nadir contributors
+// SPDX-License-Identifier: Apache-2.0
+#include "outputs.hpp"
+
+#include <algorithm>
+#include <array>
+
+namespace nadir::app {
+namespace {
+
+constexpr Time kOutlinePeriod = 5'000'000'000;
+
+std::optional<sensors::Pose> pose_of(const Orientation& orientation) {
+  const Shot& shot = *orientation.shot;
+  const auto oriented = std::ranges::find(orientation.poses, shot.image, &ImagePose::image);
+  sensors::Pose pose;
+  Rigid3 survey_from_camera;
+  if (oriented != orientation.poses.end()) {
+    survey_from_camera = oriented->survey_from_camera;
+    pose.tracked = true;
+    pose.position_sigma = oriented->sigma_position;
+    pose.angle_sigma = oriented->sigma_rotation;
+  } else if (orientation.dead_reckoned) {
+    survey_from_camera = orientation.dead_reckoned->survey_from_camera;
+    pose.position_sigma = orientation.dead_reckoned->sigma_position;
+  } else {
+    return std::nullopt;
+  }
+  pose.time = shot.time;
+  pose.image = shot.image;
+  pose.submap = orientation.submap;
+  pose.position = survey_from_camera.translation;
+  pose.survey_from_body =
+      survey_from_camera.rotation * shot.frame->rig->body_from_camera.conjugate();
+  return pose;
+}
+
+}  // namespace
+
+Outputs::Outputs(const sensors::Config& config)
+    : output_(sensors::parse_outputs(config.outputs), config.mavlink_system) {}
+
+void Outputs::process(const Orientation& orientation) {
+  if (orientation.window) scale_ = orientation.window->scale;
+  if (orientation.window && orientation.axes == SurveyAxes::none) axes_ = orientation.window->axes;
+  if (orientation.axes != SurveyAxes::none) axes_ = orientation.axes;
+  if (!orientation.shot || !orientation.shot->frame) return;
+  std::optional<sensors::Pose> pose = pose_of(orientation);
+  if (!pose) return;
+  pose->metric = scale_.source != ScaleSource::none;
+  pose->north = axes_ == SurveyAxes::attitude;
+  output_.send(*pose);
+}
+
+void Outputs::process(const Cloud& cloud) {
+  if (!cloud.grid || !cloud.surface->plane) return;
+  const Grid& grid = *cloud.grid;
+  sensors::Ground ground{grid.image, grid.submap, cloud.surface->plane->normal, {}};
+  std::vector<Eigen::Vector2d> footprint;
+  const double right = grid.bgr.cols - 1, bottom = grid.bgr.rows - 1;
+  for (const Eigen::Vector2d& cell :
+       {Eigen::Vector2d(0, 0), {right, 0}, {right, bottom}, {0, bottom}}) {
+    const Eigen::Vector4d corner = grid.survey_from_grid * cell.homogeneous();
+    const Eigen::Vector3d x_in_survey = corner.hnormalized();
+    // Beyond its range, or behind the camera, the plane is not what the image shows.
+    if (!((x_in_survey - grid.camera_in_survey).norm() <= grid.max_range)) return;
+    ground.footprint.push_back(x_in_survey);
+    footprint.push_back(x_in_survey.head<2>());
+  }
+  output_.send(ground);
+  coverage_.add(footprint);
+  const Shot* shot = cloud.surface->orientation->shot.get();
+  if (!shot || (outlined_ && shot->time - *outlined_ < kOutlinePeriod)) return;
+  outlined_ = shot->time;
+  output_.send(coverage_.outline());
+}
+
+}  // namespace nadir::app

@@ -1,0 +1,32 @@
+// SPDX-FileCopyrightText: nadir contributors
+// SPDX-License-Identifier: Apache-2.0
+// What the stages find, as told to autopilots and chart programs.
+#pragma once
+
+#include <optional>
+
+#include "nadir/core/cloud.hpp"
+#include "nadir/mosaic2d/coverage.hpp"
+#include "nadir/sensors/pose_output.hpp"
+#include "nadir/sensors/vehicle_state.hpp"
+
+namespace nadir::app {
+
+class Outputs {
+ public:
+  explicit Outputs(const sensors::Config& config);
+
+  /// Sends the pose of the shot's image, if it has one.
+  void process(const Orientation& orientation);
+  /// Sends the ground of an image that has a plane, and every 5 s the outline of all.
+  void process(const Cloud& cloud);
+
+ private:
+  sensors::PoseOutput output_;
+  mosaic2d::Coverage coverage_;
+  Scale scale_;
+  SurveyAxes axes_ = SurveyAxes::none;
+  std::optional<Time> outlined_;
+};
+
+}  // namespace nadir::app

@@ -1,0 +1,34 @@
+// SPDX-FileCopyrightText: nadir contributors
+// SPDX-License-Identifier: Apache-2.0
+// What systemd and this service tell each other: sd_notify(3), sd_listen_fds(3). Without systemd
+// nothing is told.
+#pragma once
+
+#include <optional>
+#include <string>
+
+namespace nadir::app {
+
+/// Made before other threads, since it changes the environment.
+class ServiceManager {
+ public:
+  ServiceManager();
+
+  /// The socket that nadir.socket listens on.
+  std::optional<int> socket() const { return socket_; }
+
+  void ready();
+  /// What `systemctl status` shows; told only when it has changed.
+  void status(const std::string& text);
+  /// Is alive: expected every few seconds.
+  void feed_watchdog();
+  /// Hangs: to be killed and started again at once.
+  void trigger_watchdog();
+  void stopping();
+
+ private:
+  std::optional<int> socket_;
+  std::string status_;
+};
+
+}  // namespace nadir::app

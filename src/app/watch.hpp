@@ -1,0 +1,35 @@
+// SPDX-FileCopyrightText: nadir contributors
+// SPDX-License-Identifier: Apache-2.0
+// Tells a stage that hangs from one that works long or has nothing to do.
+#pragma once
+
+#include <chrono>
+#include <deque>
+#include <map>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "nadir/pipeline/stage.hpp"
+
+namespace nadir::app {
+
+class Watch {
+ public:
+  using Clock = std::chrono::steady_clock;
+
+  /// To be called every second or so. The stage that hangs: that has had an item in hand for 6 s
+  /// without using the processor, which a slow disk and a camera's driver may take, or for a minute
+  /// whatever it does.
+  std::optional<std::string> hung(Clock::time_point now,
+                                  const std::vector<pipeline::StageActivity>& activities);
+
+ private:
+  struct Sample {
+    Clock::time_point time;
+    double cpu_s = 0;
+  };
+  std::map<std::string, std::deque<Sample>> samples_;  ///< of each stage's item in hand
+};
+
+}  // namespace nadir::app

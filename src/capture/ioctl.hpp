@@ -1,0 +1,22 @@
+// SPDX-FileCopyrightText: nadir contributors
+// SPDX-License-Identifier: Apache-2.0
+// ioctl(2), begun again when a signal comes between.
+#pragma once
+
+#include <sys/ioctl.h>
+
+#include <cerrno>
+
+namespace nadir::capture {
+
+/// As ioctl: 0, or -1 with errno.
+template <class Argument>
+int control(int file, unsigned long request, Argument& argument) {
+  int result = 0;
+  do {
+    result = ::ioctl(file, request, &argument);
+  } while (result < 0 && errno == EINTR);
+  return result;
+}
+
+}  // namespace nadir::capture

@@ -1,0 +1,31 @@
+// SPDX-FileCopyrightText: nadir contributors
+// SPDX-License-Identifier: Apache-2.0
+// Sets a V4L2 device to the size, format, rate and controls wanted.
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "camera.hpp"
+
+namespace nadir::capture {
+
+/// The layout of a pixel format of V4L2; none for what cannot be decoded here.
+std::optional<Encoding> encoding_of(std::uint32_t pixel_format);
+
+struct V4l2Mode {
+  Encoding encoding;
+  double rate_hz = 0;  ///< as the driver set it; 0: unknown
+  std::string fault;   ///< empty when set
+};
+
+/// Of the formats it offers at that size the first that is fast enough, in the order NV12, YUYV,
+/// JPEG, Bayer of 8 and 10 bits, grey; else the fastest.
+V4l2Mode set_mode(int device, const CameraMode& wanted);
+
+/// What the camera would not be set to; streams all the same.
+std::vector<std::string> set_controls(int device, const CameraMode& wanted);
+
+}  // namespace nadir::capture

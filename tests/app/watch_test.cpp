@@ -1,0 +1,54 @@
+// SPDX-FileCopyrightText: nadir contributors
+// SPDX-License-Identifier: Apache-2.0
+#include "watch.hpp"
+
+#include <gtest/gtest.h>
+
+namespace nadir::app {
+namespace {
+
+using namespace std::chrono_literals;
+
+/// A stage watched every second.
+class WatchTest : public testing::Test {
+ protected:
+  /// cpu: used of the next second; busy: with an item in hand since that long.
+  std::optional<std::string> after_a_second(double cpu,
+                                            std::optional<std::chrono::nanoseconds> busy) {
+    now += 1s;
+    cpu_s += cpu;
+    return watch.hung(now, {{"idle", {}, 0}, {"stage", busy, cpu_s}});
+  }
+
+  Watch watch;
+  Watch::Clock::time_point now;
+  double cpu_s = 100;
+};
+
+TEST_F(WatchTest, FindsAStageThatSleepsWithAnItemInHand) {
+  for (int s = 1; s <= 6; ++s) EXPECT_FALSE(after_a_second(0, 1s * s)) << s;
+  EXPECT_EQ(after_a_second(0, 7s), "stage");
+}
+
+TEST_F(WatchTest, LetsAStageWorkForAMinute) {
+  for (int s = 1; s < 60; ++s) EXPECT_FALSE(after_a_second(0.3, 1s * s)) << s;
+  EXPECT_EQ(after_a_second(0.3, 60s), "stage");
+}
+
+TEST_F(WatchTest, FindsAStageThatStopsWorkingInTheMiddle) {
+  for (int s = 1; s <= 10; ++s) EXPECT_FALSE(after_a_second(1, 1s * s)) << s;
+  int until = 11;
+  while (!after_a_second(0, 1s * until)) ++until;
+  EXPECT_LE(until, 18);
+}
+
+TEST_F(WatchTest, IsNotMisledByManyItemsThatWaitABit) {
+  for (int s = 1; s <= 100; ++s) EXPECT_FALSE(after_a_second(0, s % 2 == 0 ? 900ms : 100ms)) << s;
+}
+
+TEST_F(WatchTest, LetsAStageWaitForever) {
+  for (int s = 1; s <= 100; ++s) EXPECT_FALSE(after_a_second(0, std::nullopt)) << s;
+}
+
+}  // namespace
+}  // namespace nadir::app
