@@ -52,8 +52,8 @@ image_io::Decoded decode(const Picture& picture, const CameraModel& camera, int 
                          image_io::Colour colour) {
   if (!picture.encoding.raw)
     return image_io::decode(picture.bytes, camera.width, camera.height, divisor, colour);
-  const image_io::RawImage raw{*picture.encoding.raw,   picture.encoding.order, camera.width,
-                               camera.height,           picture.encoding.stride, picture.bytes};
+  const image_io::RawImage raw{*picture.encoding.raw, picture.encoding.order,  camera.width,
+                               camera.height,         picture.encoding.stride, picture.bytes};
   return image_io::decode_raw(raw, divisor, colour);
 }
 
@@ -67,7 +67,7 @@ CameraLink link_to(const std::string& name, std::string role, const CameraModel&
                    const Config& config) {
   const CameraMode mode{camera.width,       camera.height, config.rate_hz,
                         config.exposure_ms, config.gain,   config.focus};
-  return {std::move(role), [name, mode] { return open_v4l2(name, mode); }};
+  return {std::move(role), [name, mode] { return open_camera(name, mode); }};
 }
 
 CameraRig rig_of(const Config& config) {
@@ -93,8 +93,7 @@ struct CameraSource::State {
         lasers(lasers_beside(std::filesystem::path(config.calibration).parent_path())) {
     if (is_pair()) {
       links.push_back(link_to(config.camera, "left camera", full_rig.left, config));
-      links.push_back(
-          link_to(config.camera_right, "right camera", full_rig.right->camera, config));
+      links.push_back(link_to(config.camera_right, "right camera", full_rig.right->camera, config));
     } else {
       links.push_back(link_to(config.camera, "camera", full_rig.left, config));
     }
@@ -120,12 +119,12 @@ struct CameraSource::State {
   std::vector<CameraLink> links;
   Pairing pairing;
   std::uint64_t next_image = 0;
-  std::optional<Time> newest;       ///< image handed out
-  std::uint32_t lost = 0;           ///< by the cameras since then
+  std::optional<Time> newest;  ///< image handed out
+  std::uint32_t lost = 0;      ///< by the cameras since then
   std::uint64_t lost_untold = 0;
-  std::string last_fault;           ///< of those
-  std::optional<Time> told;         ///< when losses were
-  double skew_told_ms = 0;          ///< the largest
+  std::string last_fault;    ///< of those
+  std::optional<Time> told;  ///< when losses were
+  double skew_told_ms = 0;   ///< the largest
 };
 
 CameraSource::CameraSource(const Config& config) : state_(std::make_unique<State>(config)) {}
@@ -238,7 +237,8 @@ std::string CameraSource::State::decode_into(Frame& frame, const PicturePair& pi
   return right.fault;
 }
 
-// Of a camera's images only some are wanted: a lost one was missed when the wanted rate shows a gap.
+// Of a camera's images only some are wanted: a lost one was missed when the wanted rate shows a
+// gap.
 std::uint32_t CameraSource::State::missed_before(Time time) {
   const std::uint32_t between = std::exchange(lost, 0);
   if (!newest) return 0;

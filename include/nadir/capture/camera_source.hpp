@@ -9,9 +9,10 @@
 
 namespace nadir::capture {
 
-/// One V4L2 camera, or two as a pair. Config::camera and camera_right name them: a path of
+/// One camera, or two as a pair. Config::camera and camera_right name them: a path of
 /// /dev/v4l/by-path or by-id; the serial number, the bus or the card that VIDIOC_QUERYCAP tells, if
-/// just one camera has it; or "auto", the only USB camera.
+/// just one camera has it; "auto", the only USB camera; or "libcamera:ID" for a camera of
+/// libcamera, by its id or the end of it, and "libcamera:auto" for the only one.
 class CameraSource {
  public:
   /// Opens no camera yet. Throws InputError when the calibration is missing, malformed or not of as
@@ -20,9 +21,9 @@ class CameraSource {
   ~CameraSource();
 
   /// Waits for the next image or pair, a second at most; none once told to stop. Cameras that are
-  /// not there, fail or fall silent are opened again and again, told by camera_lost and camera_back.
-  /// Times are CLOCK_MONOTONIC's and increase. Images that a camera or its cable lost or damaged
-  /// are counted in Shot::missed_before and told.
+  /// not there, fail or fall silent are opened again and again, told by camera_lost and
+  /// camera_back. Times are CLOCK_MONOTONIC's and increase. Images that a camera or its cable lost
+  /// or damaged are counted in Shot::missed_before and told.
   std::optional<Captured> next(const std::stop_token& stop);
 
   /// At the processed scale; has a right camera only for a pair.
