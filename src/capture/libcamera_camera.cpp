@@ -60,12 +60,12 @@ LoadedPlugin load_first(const fs::path& folder) {
 }
 
 // The camera: as long as it or any of its pictures is there.
-class Stream {
+class Session {
  public:
-  Stream(const NadirLibcameraPlugin& plugin, void* camera) : plugin_(plugin), camera_(camera) {}
-  ~Stream() { plugin_.close(camera_); }
-  Stream(const Stream&) = delete;
-  Stream& operator=(const Stream&) = delete;
+  Session(const NadirLibcameraPlugin& plugin, void* camera) : plugin_(plugin), camera_(camera) {}
+  ~Session() { plugin_.close(camera_); }
+  Session(const Session&) = delete;
+  Session& operator=(const Session&) = delete;
 
   NadirCameraTaken take(NadirCameraPicture& picture, NadirText& gone) const {
     return plugin_.take(camera_, &picture, &gone);
@@ -80,20 +80,20 @@ class Stream {
 
 class LibcameraCamera : public Camera {
  public:
-  LibcameraCamera(std::shared_ptr<Stream> stream, const NadirCameraOpened& opened,
+  LibcameraCamera(std::shared_ptr<Session> session, const NadirCameraOpened& opened,
                   const Encoding& encoding)
-      : stream_(std::move(stream)),
+      : session_(std::move(session)),
         descriptor_(opened.descriptor),
         rate_hz_(opened.rate_hz),
         encoding_(encoding) {}
-  ~LibcameraCamera() override { stream_->stop(); }
+  ~LibcameraCamera() override { session_->stop(); }
 
   int descriptor() const override { return descriptor_; }
   double rate_hz() const override { return rate_hz_; }
   Taken take() override;
 
  private:
-  const std::shared_ptr<Stream> stream_;
+  const std::shared_ptr<Session> session_;
   const int descriptor_;
   const double rate_hz_;
   const Encoding encoding_;
@@ -102,7 +102,7 @@ class LibcameraCamera : public Camera {
 Camera::Taken LibcameraCamera::take() {
   NadirCameraPicture taken{};
   NadirText gone{};
-  switch (stream_->take(taken, gone)) {
+  switch (session_->take(taken, gone)) {
     case NADIR_TAKEN_NOTHING:
       return {};
     case NADIR_TAKEN_GONE:
@@ -121,7 +121,7 @@ Camera::Taken LibcameraCamera::take() {
   }
   picture.hold = std::shared_ptr<const void>(
       taken.bytes,
-      [stream = stream_, buffer = taken.buffer](const void*) { stream->give_back(buffer); });
+      [session = session_, buffer = taken.buffer](const void*) { session->give_back(buffer); });
   return {std::move(picture), {}};
 }
 
@@ -143,11 +143,11 @@ OpenedCamera open_libcamera(const std::string& id, const CameraMode& mode, const
   NadirCameraOpened opened{};
   loaded.plugin->open(&wanted, &opened);
   if (opened.camera == nullptr) return {nullptr, named + opened.fault.text, {}};
-  const auto stream = std::make_shared<Stream>(*loaded.plugin, opened.camera);
+  const auto session = std::make_shared<Session>(*loaded.plugin, opened.camera);
   auto encoding = encoding_of(opened.format).value_or(Encoding{});
   encoding.stride = opened.stride;
   OpenedCamera result;
-  result.camera = std::make_unique<LibcameraCamera>(stream, opened, encoding);
+  result.camera = std::make_unique<LibcameraCamera>(session, opened, encoding);
   std::istringstream remarks(opened.remarks.text);
   for (std::string remark; std::getline(remarks, remark);) result.remarks.push_back(named + remark);
   return result;

@@ -330,15 +330,16 @@ class Completed {
   int descriptor() const { return ends_[0]; }
   void add(libcamera::Request* request) {
     // Takes many more than there are requests.
-    if (::write(ends_[1], static_cast<const void*>(&request), sizeof request) < 0) return;
+    if (::write(ends_[1], static_cast<const void*>(&request), kSize) < 0) return;
   }
   std::optional<libcamera::Request*> take() {
     libcamera::Request* request = nullptr;
-    if (::read(ends_[0], static_cast<void*>(&request), sizeof request) < 1) return std::nullopt;
+    if (::read(ends_[0], static_cast<void*>(&request), kSize) < 1) return std::nullopt;
     return request;
   }
 
  private:
+  static constexpr std::size_t kSize = sizeof(void*);
   std::array<int, 2> ends_{-1, -1};
 };
 
