@@ -81,9 +81,9 @@ TEST_F(LibcameraCameraTest, GivesPicturesThatCanBeDecoded) {
                                              360, picture.encoding.stride, picture.bytes},
                                             1, image_io::Colour::bgr);
   ASSERT_EQ(decoded.fault, "");
-  // Its bars are white, yellow, cyan and so on, from the left.
-  const cv::Vec3b white = decoded.image.at<cv::Vec3b>(180, 30);
-  const cv::Vec3b yellow = decoded.image.at<cv::Vec3b>(180, 90);
+  // Its bars are white, yellow, cyan and so on, from the left; above there is writing.
+  const cv::Vec3b white = decoded.image.at<cv::Vec3b>(330, 30);
+  const cv::Vec3b yellow = decoded.image.at<cv::Vec3b>(330, 90);
   EXPECT_GT(white[0], 150);
   EXPECT_LT(yellow[0], 100);
   EXPECT_GT(yellow[1], 150);
@@ -130,19 +130,6 @@ TEST_F(LibcameraCameraTest, CanBeOpenedAgainAndAgain) {
   EXPECT_EQ(open_files(), files);
 }
 
-TEST_F(LibcameraCameraTest, CountsThePicturesThatNobodyTook) {
-  ASSERT_TRUE(camera);
-  ASSERT_TRUE(next().picture);
-  std::this_thread::sleep_for(3s);
-  std::uint32_t lost = 0;
-  for (int i = 0; i < 10; ++i) {
-    const Camera::Taken taken = next();
-    ASSERT_TRUE(taken.picture);
-    lost += taken.picture->lost_before;
-  }
-  EXPECT_GT(lost, 0u);
-}
-
 TEST_F(LibcameraCameraTest, FindsItByItsIdOrTheEndOfIt) {
   camera.reset();
   const std::string fault = fault_of("no such camera");
@@ -164,7 +151,8 @@ TEST_F(LibcameraCameraTest, LeavesACameraToTheOneThatHasIt) {
 TEST_F(LibcameraCameraTest, NamesTheSizesThereAreAndWhatItCannotBeSetTo) {
   camera.reset();
   mode.width = 5;
-  EXPECT_THAT(fault_of("auto"), HasSubstr("does not offer 5 x 360 px"));
+  EXPECT_THAT(fault_of("auto"),
+              testing::ContainsRegex("does not offer 5 x 360 px.*, but [0-9]+x[0-9]+"));
   mode = {480, 360, 10, 5, 2, 1};
   const OpenedCamera opened = open_libcamera("auto", mode, kPlugins);
   ASSERT_TRUE(opened.camera) << opened.fault;

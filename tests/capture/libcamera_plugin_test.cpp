@@ -11,6 +11,7 @@
 
 #include "fake_libcamera_plugin.hpp"
 #include "libcamera_camera.hpp"
+#include "plugin/losses.hpp"
 
 namespace nadir::capture {
 namespace {
@@ -156,6 +157,28 @@ TEST_F(LibcameraPluginTest, SaysWhyTheCameraHasEnded) {
   const OpenedCamera opened = open();
   fake->next = NADIR_TAKEN_GONE;
   EXPECT_EQ(opened.camera->take().gone, "is not there any more");
+}
+
+TEST(LibcameraLosses, AreCountedByTheDriversNumber) {
+  Losses losses;
+  EXPECT_EQ(losses.before(7, 0, 0), 0u);
+  EXPECT_EQ(losses.before(8, 900, 0), 0u);
+  EXPECT_EQ(losses.before(11, 1000, 0), 2u);
+  EXPECT_EQ(losses.before(11, 1100, 0), 0u);
+  EXPECT_EQ(losses.before(3, 1200, 0), 0u);
+  EXPECT_EQ(losses.before(UINT32_MAX, 1300, 0), 0u);
+  EXPECT_EQ(losses.before(1, 1400, 0), 1u);
+}
+
+TEST(LibcameraLosses, AreCountedByTheTimeWhereTheNumberHidesThem) {
+  Losses losses;
+  EXPECT_EQ(losses.before(1, 0, 100), 0u);
+  EXPECT_EQ(losses.before(2, 104, 100), 0u);
+  EXPECT_EQ(losses.before(3, 398, 100), 2u);
+  EXPECT_EQ(losses.before(4, 490, 33), 0u);  // it has become faster since
+  EXPECT_EQ(losses.before(5, 523, 33), 0u);
+  EXPECT_EQ(losses.before(7, 556, 33), 1u);
+  EXPECT_EQ(losses.before(8, 500, 33), 0u);
 }
 
 }  // namespace

@@ -33,6 +33,7 @@
 #include <vector>
 
 #include "libcamera_plugin.h"
+#include "losses.hpp"
 
 namespace {
 
@@ -151,9 +152,9 @@ struct Choice {
   std::uint32_t v4l2 = 0;
 };
 
-// The first of the formats that the camera has at that size; sizes: those it has instead.
+// The first of the formats that the camera has at that size; nearest: what it has instead.
 Choice choose(libcamera::Camera& camera, libcamera::StreamRole role,
-              const NadirCameraWanted& wanted, std::string& sizes) {
+              const NadirCameraWanted& wanted, std::string& nearest) {
   const std::vector<libcamera::StreamRole> roles{role};
   auto configuration = camera.generateConfiguration(roles);
   if (!configuration || configuration->empty()) return {};
@@ -178,26 +179,22 @@ Choice choose(libcamera::Camera& camera, libcamera::StreamRole role,
     if (configuration->validate() == libcamera::CameraConfiguration::Invalid) continue;
     if (stream.pixelFormat == format->own && stream.size == size)
       return {std::move(configuration), v4l2};
-    if (sizes.empty()) {
-      for (const libcamera::Size& other : stream.formats().sizes(format->own))
-        sizes += (sizes.empty() ? "" : ", ") + other.toString();
-    }
-    if (sizes.empty()) sizes = stream.size.toString();
+    if (nearest.empty()) nearest = stream.size.toString();
   }
   return {};
 }
 
 Choice choose(libcamera::Camera& camera, const NadirCameraWanted& wanted) {
   using libcamera::StreamRole;
-  std::string sizes;
+  std::string nearest;
   for (const StreamRole role : {StreamRole::VideoRecording, StreamRole::Viewfinder,
                                 StreamRole::StillCapture, StreamRole::Raw}) {
-    if (Choice choice = choose(camera, role, wanted, sizes); choice.configuration) return choice;
+    if (Choice choice = choose(camera, role, wanted, nearest); choice.configuration) return choice;
   }
   if (sizes.empty())
     throw Fault("gives no format that is known here (NV12, YUYV, JPEG, RGB, Bayer)");
   throw Fault("does not offer " + std::to_string(wanted.width) + " x " +
-              std::to_string(wanted.height) + " px, for which the calibration is, but " + sizes);
+              std::to_string(wanted.height) + " px, for which the calibration is, but " + nearest);
 }
 
 // Not a number where there is none.
@@ -502,8 +499,6 @@ class OpenCamera {
     libcamera::Request* request = nullptr;
   };
 
-  std::uint32_t lost_before(std::uint32_t sequence, std::int64_t time,
-                            const libcamera::ControlList& metadata);
   void read(Buffer& buffer, const libcamera::FrameMetadata& metadata,
             NadirCameraPicture& picture) const;
 
@@ -512,8 +507,7 @@ class OpenCamera {
   std::vector<Buffer> buffers_;
   std::uint32_t format_ = 0;
   std::size_t stride_ = 0, height_ = 0;
-  std::optional<std::uint32_t> sequence_;
-  std::int64_t time_ = 0, frame_ns_ = 0;
+  nadir::capture::Losses losses_;
 };
 
 void OpenCamera::start(const NadirCameraWanted& wanted, NadirCameraOpened& opened) {
@@ -533,22 +527,6 @@ void OpenCamera::start(const NadirCameraWanted& wanted, NadirCameraOpened& opene
   opened.descriptor = completed_->descriptor();
   write_text(opened.remarks, remarks);
   stream_->start(settings.list());
-}
-
-// By the driver's number, and by the time when the pipeline numbers only what it passes on: as many
-// as the longer of both frames goes into what lies between.
-std::uint32_t OpenCamera::lost_before(std::uint32_t sequence, std::int64_t time,
-                                      const libcamera::ControlList& metadata) {
-  constexpr std::uint32_t kBackwards = 1u << 31;
-  const std::int64_t frame_ns = 1000 * metadata.get(libcamera::controls::FrameDuration).value_or(0);
-  const std::int64_t longer_ns = std::max(frame_ns, std::exchange(frame_ns_, frame_ns));
-  const std::int64_t between = time - std::exchange(time_, time);
-  const std::optional<std::uint32_t> before = std::exchange(sequence_, sequence);
-  if (!before) return 0;
-  const std::uint32_t step = sequence - *before;
-  std::int64_t lost = step == 0 || step >= kBackwards ? 0 : step - 1;
-  if (longer_ns > 0) lost = std::max(lost, (between + longer_ns / 2) / longer_ns - 1);
-  return static_cast<std::uint32_t>(std::min<std::int64_t>(lost, UINT32_MAX));
 }
 
 void OpenCamera::read(Buffer& buffer, const libcamera::FrameMetadata& metadata,
@@ -588,7 +566,9 @@ NadirCameraTaken OpenCamera::take(NadirCameraPicture& picture, NadirText& gone) 
   const libcamera::FrameMetadata& frame = request->buffers().begin()->second->metadata();
   const auto stamp = request->metadata().get(libcamera::controls::SensorTimestamp);
   picture.time_ns = monotonic(stamp.value_or(static_cast<std::int64_t>(frame.timestamp)));
-  picture.lost_before = lost_before(frame.sequence, picture.time_ns, request->metadata());
+  const auto frame_us = request->metadata().get(libcamera::controls::FrameDuration);
+  picture.lost_before =
+      losses_.before(frame.sequence, picture.time_ns, 1000 * frame_us.value_or(0));
   Buffer& buffer = buffers_.at(request->cookie());
   buffer.request = request;
   buffer.mapped->begin_reading();
