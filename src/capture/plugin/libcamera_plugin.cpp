@@ -5,7 +5,6 @@
 // all. The image's orientation is left as libcamera has it, upright by how the sensor is mounted.
 #include <fcntl.h>
 #include <libcamera/libcamera.h>
-#include <libcamera/logging.h>
 #include <linux/dma-buf.h>
 #include <linux/videodev2.h>
 #include <sys/ioctl.h>
@@ -21,12 +20,14 @@
 #include <cstdlib>
 #include <cstring>
 #include <ctime>
+#include <filesystem>
 #include <future>
 #include <memory>
 #include <mutex>
 #include <optional>
 #include <stdexcept>
 #include <string>
+#include <string_view>
 #include <system_error>
 #include <thread>
 #include <utility>
@@ -69,7 +70,6 @@ class ManagerUse {
     const std::unique_lock lock(s.mutex, kPatience);
     if (!lock) throw Fault("libcamera hangs; start the program again");
     if (!s.manager) {
-      if (std::getenv("LIBCAMERA_LOG_LEVELS") == nullptr) libcamera::logSetLevel("*", "ERROR");
       auto manager = std::make_unique<libcamera::CameraManager>();
       if (const int error = manager->start(); error < 0)
         throw Fault(failure("libcamera does not start", error));
@@ -108,11 +108,8 @@ std::shared_ptr<libcamera::Camera> find_camera(const ManagerUse& manager, const 
   std::string ids;
   for (const auto& camera : manager.cameras()) {
     if (camera->id() == id) return camera;
-    const std::string& own = camera->id();
-    ids += (ids.empty() ? "" : ", ") + own;
-    const bool ends =
-        own.size() >= id.size() && own.compare(own.size() - id.size(), id.size(), id) == 0;
-    if (id == "auto" || ends) fitting.push_back(camera);
+    ids += (ids.empty() ? "" : ", ") + camera->id();
+    if (id == "auto" || camera->id().ends_with(id)) fitting.push_back(camera);
   }
   if (fitting.size() == 1) return fitting.front();
   if (ids.empty()) throw Fault("libcamera has no camera");
@@ -191,7 +188,7 @@ Choice choose(libcamera::Camera& camera, const NadirCameraWanted& wanted) {
                                 StreamRole::StillCapture, StreamRole::Raw}) {
     if (Choice choice = choose(camera, role, wanted, nearest); choice.configuration) return choice;
   }
-  if (sizes.empty())
+  if (nearest.empty())
     throw Fault("gives no format that is known here (NV12, YUYV, JPEG, RGB, Bayer)");
   throw Fault("does not offer " + std::to_string(wanted.width) + " x " +
               std::to_string(wanted.height) + " px, for which the calibration is, but " + nearest);
@@ -401,6 +398,19 @@ class Mapped {
   std::vector<Plane> planes_;
 };
 
+// Devices that libcamera has open and whose drivers have gone. It notices that of USB cameras only,
+// and its assertions end the program when another is stopped then.
+int lost_devices() {
+  constexpr std::string_view kDevice = "/dev/media", kGone = " (deleted)";
+  int lost = 0;
+  std::error_code none;
+  for (const auto& entry : std::filesystem::directory_iterator("/proc/self/fd", none)) {
+    const std::string file = std::filesystem::read_symlink(entry.path(), none).string();
+    if (file.starts_with(kDevice) && file.ends_with(kGone)) ++lost;
+  }
+  return lost;
+}
+
 /// What libcamera has of a camera; may hang when it ends.
 class Stream {
  public:
@@ -414,9 +424,12 @@ class Stream {
     acquired_ = true;
   }
   ~Stream() {
+    if (started_ && !told_gone_ && has_lost_driver()) {
+      abandon();
+      return;
+    }
     if (started_) camera_->stop();
-    camera_->requestCompleted.disconnect(this);
-    camera_->disconnected.disconnect(this);
+    disconnect_signals();
     requests_.clear();
     allocator_.reset();
     if (acquired_) camera_->release();
@@ -471,15 +484,43 @@ class Stream {
  private:
   libcamera::Stream* stream() const { return configuration_->at(0).stream(); }
   void complete(libcamera::Request* request) { completed_->add(request); }
-  void disconnect() { completed_->add(nullptr); }
+  void disconnect() {
+    told_gone_ = true;
+    completed_->add(nullptr);
+  }
+  void disconnect_signals() {
+    camera_->requestCompleted.disconnect(this);
+    camera_->disconnected.disconnect(this);
+  }
+  // Those of cameras abandoned before stay open.
+  static bool has_lost_driver() {
+    static std::atomic<int> known{0};
+    const int lost = lost_devices();
+    return lost > known.exchange(lost);
+  }
+  // Left as it is for ever; libcamera's next manager knows nothing of it.
+  void abandon() {
+    struct Abandoned {
+      std::shared_ptr<libcamera::Camera> camera;
+      std::unique_ptr<libcamera::CameraConfiguration> configuration;
+      std::unique_ptr<libcamera::FrameBufferAllocator> allocator;
+      std::vector<std::unique_ptr<libcamera::Request>> requests;
+      Abandoned* before;
+    };
+    static std::atomic<Abandoned*> newest{nullptr};
+    disconnect_signals();
+    newest = new Abandoned{std::move(camera_), std::move(configuration_), std::move(allocator_),
+                           std::move(requests_), newest};
+  }
 
   const std::shared_ptr<Completed> completed_;
   const ManagerUse manager_;
-  const std::shared_ptr<libcamera::Camera> camera_;
+  std::shared_ptr<libcamera::Camera> camera_;
   std::unique_ptr<libcamera::CameraConfiguration> configuration_;
   std::unique_ptr<libcamera::FrameBufferAllocator> allocator_;
   std::vector<std::unique_ptr<libcamera::Request>> requests_;
   bool acquired_ = false, started_ = false;
+  std::atomic<bool> told_gone_{false};
 };
 
 /// The camera behind the handle.
