@@ -29,7 +29,7 @@ struct Config {
 
   // Live cameras.
   std::string camera = "auto";  ///< of a pair the left one; "auto", or as CameraSource says
-  std::string camera_right;     ///< empty: a single camera
+  std::string camera_right{};   ///< empty: a single camera
   std::string calibration = "/etc/nadir/camera.yml";  ///< lasers.yml lies beside it
   double exposure_ms = 0;                             ///< 0: automatic
   double gain = -1;                                   ///< in the camera's unit; -1: automatic
