@@ -110,8 +110,9 @@ std::unique_ptr<record::Dive> Beginning::begin_dive(capture::CameraSource& camer
   do {
     try {
       const auto folder = new_dive(config_.record.dives);
-      auto dive = std::make_unique<record::Dive>(folder, dive_info(input, "odometry", config_),
-                                                 config_.record);
+      record::DiveInfo info = dive_info(input, "odometry", config_);
+      info.survey_files = capture::calibration_files(config_.capture);
+      auto dive = std::make_unique<record::Dive>(folder, info, config_.record);
       std::fprintf(stderr, "the dive: %s\n", folder.c_str());
       for (const Alert& alert : alerts_) dive->add(alert);
       return dive;
@@ -201,7 +202,8 @@ int run(const Run& live) {
   std::stop_source stop;
   interrupt.on_interrupt([stop]() mutable { stop.request_stop(); });
   const auto begun = Watch::Clock::now();
-  capture::CameraSource cameras(config.capture);
+  capture::CameraSource cameras(config.capture,
+                                config.record.originals != record::Originals::none);
 
   Beginning beginning(config, manager, stop.get_token());
   const auto server = beginning.open_page();

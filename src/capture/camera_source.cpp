@@ -18,8 +18,10 @@
 
 #include "beside.hpp"
 #include "camera_link.hpp"
+#include "file.hpp"
 #include "nadir/core/check.hpp"
 #include "nadir/image_io/decode.hpp"
+#include "nadir/image_io/encode.hpp"
 #include "pairing.hpp"
 
 namespace nadir::capture {
@@ -58,6 +60,14 @@ image_io::Decoded decode(const Picture& picture, const CameraModel& camera, int 
   return image_io::decode_raw(raw, divisor, colour);
 }
 
+// As it came, or what was not compressed with next to no loss.
+std::vector<std::uint8_t> as_jpeg(const Picture& picture, const CameraModel& camera) {
+  if (!picture.encoding.raw) return {picture.bytes.begin(), picture.bytes.end()};
+  constexpr int kQuality = 95;
+  const image_io::Decoded full = decode(picture, camera, 1, image_io::Colour::bgr);
+  return image_io::encode_jpeg(full.image, kQuality, image_io::Chroma::full);
+}
+
 std::string numbered(std::uint64_t image) {
   std::string digits = std::to_string(image);
   digits.insert(0, 6 - std::min<std::size_t>(6, digits.size()), '0');
@@ -87,8 +97,9 @@ CameraRig rig_of(const Config& config) {
 }  // namespace
 
 struct CameraSource::State {
-  explicit State(const Config& configured)
+  State(const Config& configured, bool keep)
       : config(configured),
+        keep_originals(keep),
         full_rig(rig_of(config)),
         rig(std::make_shared<const CameraRig>(full_rig.reduced(config.divisor()))),
         lasers(lasers_beside(std::filesystem::path(config.calibration).parent_path())) {
@@ -106,6 +117,7 @@ struct CameraSource::State {
   std::optional<PicturePair> take_pictures(Time now, std::vector<Alert>& alerts);
   std::optional<Shot> next_shot(Time now, std::vector<Alert>& alerts);
   std::shared_ptr<const Frame> frame_of(const PicturePair& pictures);
+  std::shared_ptr<const OriginalImages> originals_of(const PicturePair& pictures) const;
   std::string decode_into(Frame& frame, const PicturePair& pictures) const;
   std::uint32_t missed_before(Time time);
   void lose(std::uint32_t images, const std::string& fault);
@@ -115,6 +127,7 @@ struct CameraSource::State {
   void wait(Time until) const;
 
   const Config config;
+  const bool keep_originals;
   const CameraRig full_rig;
   const std::shared_ptr<const CameraRig> rig;
   const std::optional<calibration::Lasers> lasers;
@@ -133,7 +146,8 @@ struct CameraSource::State {
   int exposed = 0;  ///< which opening of the camera it steers
 };
 
-CameraSource::CameraSource(const Config& config) : state_(std::make_unique<State>(config)) {}
+CameraSource::CameraSource(const Config& config, bool keep_originals)
+    : state_(std::make_unique<State>(config, keep_originals)) {}
 CameraSource::~CameraSource() = default;
 std::shared_ptr<const CameraRig> CameraSource::rig() const { return state_->rig; }
 const std::optional<calibration::Lasers>& CameraSource::lasers() const { return state_->lasers; }
@@ -224,6 +238,7 @@ std::optional<Shot> CameraSource::State::next_shot(Time now, std::vector<Alert>&
     frame.rig = rig;
     steer_exposure(frame);
     shot.frame = std::make_shared<const Frame>(std::move(frame));
+    if (keep_originals) shot.originals = originals_of(*pictures);
     newest = shot.time;
     tell_lost(shot, shot.alerts);
     tell_skew(shot, shot.alerts);
@@ -261,6 +276,13 @@ std::string CameraSource::State::decode_into(Frame& frame, const PicturePair& pi
   return right.fault;
 }
 
+std::shared_ptr<const OriginalImages> CameraSource::State::originals_of(
+    const PicturePair& pictures) const {
+  OriginalImages originals{as_jpeg(pictures.left, full_rig.left), {}};
+  if (is_pair()) originals.right = as_jpeg(pictures.right, full_rig.right->camera);
+  return std::make_shared<const OriginalImages>(std::move(originals));
+}
+
 // Of a camera's images only some are wanted: a lost one was missed when the wanted rate shows a gap.
 std::uint32_t CameraSource::State::missed_before(Time time) {
   const std::uint32_t between = std::exchange(lost, 0);
@@ -291,6 +313,18 @@ void CameraSource::State::tell_skew(const Shot& shot, std::vector<Alert>& alerts
                     "the right camera's images are taken " + std::to_string(skew_ms) +
                         " ms after the left one's: in motion, scale and depth are wrong",
                     "trigger both cameras by one signal, or move slowly"});
+}
+
+std::vector<std::pair<std::string, std::string>> calibration_files(const Config& config) {
+  const std::filesystem::path calibration = config.calibration;
+  std::vector<std::pair<std::string, std::string>> files;
+  for (const auto& [name, file] :
+       {std::pair{"calib.yml", calibration}, {"lasers.yml", calibration.parent_path() / "lasers.yml"}}) {
+    constexpr std::uint64_t kMostBytes = 10u << 20;
+    const FileBytes read = read_file(file, kMostBytes, Links::follow);
+    if (read.fault.empty()) files.emplace_back(name, std::string(read.bytes.begin(), read.bytes.end()));
+  }
+  return files;
 }
 
 }  // namespace nadir::capture

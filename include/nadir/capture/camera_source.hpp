@@ -4,6 +4,9 @@
 #pragma once
 
 #include <stop_token>
+#include <string>
+#include <utility>
+#include <vector>
 
 #include "nadir/capture/source.hpp"
 
@@ -14,9 +17,9 @@ namespace nadir::capture {
 /// just one camera has it; or "auto", the only USB camera.
 class CameraSource {
  public:
-  /// Opens no camera yet. Throws InputError when the calibration is missing, malformed or not of as
+  /// keep_originals: shots carry the images as they came. Opens no camera yet. Throws InputError when the calibration is missing, malformed or not of as
   /// many cameras.
-  explicit CameraSource(const Config& config);
+  explicit CameraSource(const Config& config, bool keep_originals = false);
   ~CameraSource();
 
   /// Waits for the next image or pair, a second at most; none once told to stop. Cameras that are
@@ -38,5 +41,9 @@ class CameraSource {
   struct State;
   std::unique_ptr<State> state_;
 };
+
+/// Names and contents of the files that a survey folder of this camera needs: calib.yml, and
+/// lasers.yml if there is one.
+std::vector<std::pair<std::string, std::string>> calibration_files(const Config& config);
 
 }  // namespace nadir::capture

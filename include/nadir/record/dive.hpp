@@ -9,6 +9,7 @@
 #include <memory>
 #include <nlohmann/json.hpp>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "nadir/core/cloud.hpp"
@@ -19,9 +20,13 @@ namespace nadir::record {
 
 class Disk;
 
+/// Which images of live cameras are kept as they came, beside the projected ones.
+enum class Originals { none, key_frames, all };
+
 struct Config {
   std::string dives = "/var/lib/nadir/dives";  ///< of the service, a folder each
 
+  Originals originals = Originals::none;  ///< in DIVE/survey, which can be replayed
   bool projected = true;   ///< save each projected image; without them mosaics cannot be recovered
   bool small_png = false;  ///< smaller projected images for a little more time
 
@@ -33,6 +38,8 @@ struct Config {
 struct DiveInfo {
   /// Members of dive.json as they are: input, configuration, versions.
   nlohmann::json about = nlohmann::json::object();
+  /// Copied into the survey folder of the originals: names and contents.
+  std::vector<std::pair<std::string, std::string>> survey_files{};
 };
 
 /// All that was made of one shot, or (an orientation without a shot) after the last; any of
