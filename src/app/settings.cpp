@@ -121,7 +121,7 @@ std::vector<Setting> make_settings() {
               "between the images of a live pair, before it is told"),
       setting("sensors.inputs", &Config::sensors, &sensors::Config::inputs,
               "of live sensors, with spaces between: nmea or mavlink, then :serial:DEVICE:BAUD, "
-              ":udp:PORT or :tcp:HOST:PORT"),
+              ":udp:PORT or :tcp:HOST:PORT; or iio:device:NAME:HZ, a pressure sensor on the board"),
       setting("sensors.attitude_delay_s", &Config::sensors, &sensors::Config::attitude_delay_s,
               "how late roll, pitch and heading arrive"),
       setting("sensors.depth_delay_s", &Config::sensors, &sensors::Config::depth_delay_s,
@@ -255,14 +255,14 @@ std::vector<Setting> make_settings() {
               "longest ray, as a ratio of the camera's distance to the plane"),
       setting("record.dives", &Config::record, &record::Config::dives,
               "folder in which nadir run makes a new one for each dive"),
-      choice<record::Config, record::Originals>("record.originals", &Config::record,
-                                                &record::Config::originals,
-                                                {{"none", record::Originals::none},
-                                                 {"key_frames", record::Originals::key_frames},
-                                                 {"all", record::Originals::all}},
-                                                "which images of live cameras are kept as they came, "
-                                                "in DIVE/survey, which can be replayed: none, "
-                                                "key_frames (new ground) or all"),
+      choice<record::Config, record::Originals>(
+          "record.originals", &Config::record, &record::Config::originals,
+          {{"none", record::Originals::none},
+           {"key_frames", record::Originals::key_frames},
+           {"all", record::Originals::all}},
+          "which images of live cameras are kept as they came, "
+          "in DIVE/survey, which can be replayed: none, "
+          "key_frames (new ground) or all"),
       setting("record.projected", &Config::record, &record::Config::projected,
               "save each projected image; without them mosaics cannot be recovered"),
       setting("record.small_png", &Config::record, &record::Config::small_png,
