@@ -75,8 +75,7 @@ int finish_dive(const EndOfDive& end) {
     end.dive.add(alert);
     tell(alert);
   }
-  const std::vector<Alert> unwritten =
-      end.dive.finish(rates(end.graph, end.begun), dropped.images);
+  const std::vector<Alert> unwritten = end.dive.finish(rates(end.graph, end.begun), dropped.images);
   for (const Alert& alert : unwritten) tell(alert);
   end.progress.finish();
   if (fault) std::rethrow_exception(fault);

@@ -83,13 +83,13 @@ std::optional<pid_t> start_recovery(const fs::path& dive) {
   posix_spawnattr_setsigmask(&attributes, &none);
   posix_spawnattr_setsigdefault(&attributes, &all);
   posix_spawnattr_setpgroup(&attributes, 0);  // a Ctrl-C is for us
-  posix_spawnattr_setflags(&attributes, POSIX_SPAWN_SETSIGMASK | POSIX_SPAWN_SETSIGDEF |
-                                            POSIX_SPAWN_SETPGROUP);
+  posix_spawnattr_setflags(&attributes,
+                           POSIX_SPAWN_SETSIGMASK | POSIX_SPAWN_SETSIGDEF | POSIX_SPAWN_SETPGROUP);
   std::string program = "nadir", verb = "recover", folder = dive.string();
   std::array<char*, 4> arguments{program.data(), verb.data(), folder.data(), nullptr};
   pid_t process = 0;
-  const int error = posix_spawn(&process, "/proc/self/exe", nullptr, &attributes, arguments.data(),
-                                environ);
+  const int error =
+      posix_spawn(&process, "/proc/self/exe", nullptr, &attributes, arguments.data(), environ);
   posix_spawnattr_destroy(&attributes);
   if (error != 0) {
     std::fprintf(stderr, "%s: recovery could not be started: %s\n", folder.c_str(),
@@ -135,8 +135,7 @@ std::vector<fs::path> unfinished_dives(const fs::path& dives) {
 }
 
 Recoveries::Recoveries(std::vector<fs::path> dives)
-    : thread_([dives = std::move(dives)](const std::stop_token& stop) {
-        recover_all(stop, dives);
-      }) {}
+    : thread_(
+          [dives = std::move(dives)](const std::stop_token& stop) { recover_all(stop, dives); }) {}
 
 }  // namespace nadir::app

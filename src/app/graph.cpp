@@ -185,7 +185,8 @@ void Graph::start_stages() {
     outputs_stage_ = std::make_unique<Stage>(
         "outputs",
         std::vector{
-            feed(output_orientations_, [this](const Shared<Orientation>& o) { outputs_->process(*o); }),
+            feed(output_orientations_,
+                 [this](const Shared<Orientation>& o) { outputs_->process(*o); }),
             feed(output_clouds_, [this](const Shared<Cloud>& c) { outputs_->process(*c); })},
         [] {});
   }
@@ -197,10 +198,9 @@ void Graph::start_stages() {
   record_ = std::make_unique<Stage>(
       "record",
       std::vector{feed(capture_alerts_, announce), feed(sensor_alerts_, announce),
-                  feed(load_alerts_, announce),
-                  feed(recorded_orientations_, assemble), feed(recorded_surfaces_, assemble),
-                  feed(recorded_clouds_, assemble), feed(recorded_mosaics_, assemble),
-                  feed(recorded_revisions_, assemble)},
+                  feed(load_alerts_, announce), feed(recorded_orientations_, assemble),
+                  feed(recorded_surfaces_, assemble), feed(recorded_clouds_, assemble),
+                  feed(recorded_mosaics_, assemble), feed(recorded_revisions_, assemble)},
       [this] { page_alerts_.close(); }, [this] { assembler_.finish(); });
   revisiting_ = std::make_unique<Stage>(
       "revisit",
@@ -260,7 +260,8 @@ void Graph::start_stages() {
   if (sensor_inputs_.empty()) {
     close_sensors();
   } else {
-    sensors_ = std::make_unique<Stage>("sensors", [this] { return listen(); }, close_sensors);
+    sensors_ = std::make_unique<Stage>(
+        "sensors", [this] { return listen(); }, close_sensors);
   }
   started_ = true;
 }
@@ -376,8 +377,7 @@ void Graph::fit(Shared<Orientation> orientation) {
 
 void Graph::project(Shared<Surface> surface) {
   constexpr std::uint64_t kOneOf = 4;
-  const bool passed_over =
-      economy_ >= Economy::projection && surfaces_projected_++ % kOneOf != 0;
+  const bool passed_over = economy_ >= Economy::projection && surfaces_projected_++ % kOneOf != 0;
   const auto message = std::make_shared<const Cloud>(
       passed_over ? Cloud{std::move(surface), {}, {}} : projection_.process(std::move(surface)));
   recorded_clouds_.push(message);
@@ -412,9 +412,9 @@ void Graph::tell(const Alert& alert) {
 void Graph::economise(Economy economy, const std::string& reason, Time now) {
   if (economy_.exchange(economy) == economy) return;
   if (ends_.page) ends_.page->slow_down(economy >= Economy::live_image);
-  load_alerts_.push(std::make_shared<const Alert>(
-      Alert{now, std::nullopt, AlertKind::load, reason + ": " + in_words(economy),
-            "images and poses are recorded as ever"}));
+  load_alerts_.push(std::make_shared<const Alert>(Alert{now, std::nullopt, AlertKind::load,
+                                                        reason + ": " + in_words(economy),
+                                                        "images and poses are recorded as ever"}));
 }
 
 void Graph::publish_statistics() {

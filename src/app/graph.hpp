@@ -23,12 +23,12 @@
 
 #include "assembler.hpp"
 #include "config.hpp"
+#include "image_speed.hpp"
+#include "ladder.hpp"
 #include "nadir/odometry/posed_images.hpp"
 #include "nadir/pipeline/channel.hpp"
 #include "nadir/pipeline/stage.hpp"
 #include "nadir/sensors/listener.hpp"
-#include "image_speed.hpp"
-#include "ladder.hpp"
 #include "options.hpp"
 #include "outputs.hpp"
 #include "progress.hpp"
@@ -162,8 +162,8 @@ class Graph {
   Channel<Orientation> output_orientations_;
   Channel<Cloud> output_clouds_;
 
-  std::unique_ptr<pipeline::Stage> outputs_stage_, page_, record_, revisiting_, stitching_, projecting_, fitting_,
-      orienting_, capture_, sensors_;
+  std::unique_ptr<pipeline::Stage> outputs_stage_, page_, record_, revisiting_, stitching_,
+      projecting_, fitting_, orienting_, capture_, sensors_;
 };
 
 }  // namespace nadir::app

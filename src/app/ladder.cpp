@@ -117,7 +117,8 @@ std::string in_words(Economy economy) {
     case Economy::mosaic:
       return "the live image twice a second, mosaics at half the resolution";
     case Economy::projection:
-      return "the live image twice a second, mosaics at half the resolution, planar clouds of every "
+      return "the live image twice a second, mosaics at half the resolution, planar clouds of "
+             "every "
              "fourth image";
   }
   return {};

@@ -202,8 +202,7 @@ int run(const Run& live) {
   std::stop_source stop;
   interrupt.on_interrupt([stop]() mutable { stop.request_stop(); });
   const auto begun = Watch::Clock::now();
-  capture::CameraSource cameras(config.capture,
-                                config.record.originals != record::Originals::none);
+  capture::CameraSource cameras(config.capture, config.record.originals != record::Originals::none);
 
   Beginning beginning(config, manager, stop.get_token());
   const auto server = beginning.open_page();
@@ -223,7 +222,8 @@ int run(const Run& live) {
     return cameras.next(ending);
   };
   const auto note_speed = [&](double px_a_second) { cameras.note_speed(px_a_second); };
-  Graph graph(config, {Rate::Kind::live, 0}, {next, cameras.lasers(), note_speed, *dive, &page, progress});
+  Graph graph(config, {Rate::Kind::live, 0},
+              {next, cameras.lasers(), note_speed, *dive, &page, progress});
   interrupt.on_interrupt([stop = graph.stop_source()]() mutable { stop.request_stop(); });
   supervise(graph, config, manager, graph.stop_source().get_token());
   manager.stopping();

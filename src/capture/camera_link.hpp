@@ -56,8 +56,8 @@ class CameraLink {
   Time period_ = 0;
   std::optional<Time> newest_;  ///< picture
   int opened_ = 0;
-  bool has_given_ = false;      ///< a picture since it was opened
-  std::string told_;            ///< why it is lost; empty while it is not
+  bool has_given_ = false;  ///< a picture since it was opened
+  std::string told_;        ///< why it is lost; empty while it is not
   std::vector<std::string> remarks_;
 };
 

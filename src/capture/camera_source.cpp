@@ -55,8 +55,8 @@ image_io::Decoded decode(const Picture& picture, const CameraModel& camera, int 
                          image_io::Colour colour) {
   if (!picture.encoding.raw)
     return image_io::decode(picture.bytes, camera.width, camera.height, divisor, colour);
-  const image_io::RawImage raw{*picture.encoding.raw,   picture.encoding.order, camera.width,
-                               camera.height,           picture.encoding.stride, picture.bytes};
+  const image_io::RawImage raw{*picture.encoding.raw, picture.encoding.order,  camera.width,
+                               camera.height,         picture.encoding.stride, picture.bytes};
   return image_io::decode_raw(raw, divisor, colour);
 }
 
@@ -105,8 +105,7 @@ struct CameraSource::State {
         lasers(lasers_beside(std::filesystem::path(config.calibration).parent_path())) {
     if (is_pair()) {
       links.push_back(link_to(config.camera, "left camera", full_rig.left, config));
-      links.push_back(
-          link_to(config.camera_right, "right camera", full_rig.right->camera, config));
+      links.push_back(link_to(config.camera_right, "right camera", full_rig.right->camera, config));
     } else {
       links.push_back(link_to(config.camera, "camera", full_rig.left, config));
     }
@@ -135,12 +134,12 @@ struct CameraSource::State {
   std::vector<CameraLink> links;
   Pairing pairing;
   std::uint64_t next_image = 0;
-  std::optional<Time> newest;       ///< image handed out
-  std::uint32_t lost = 0;           ///< by the cameras since then
+  std::optional<Time> newest;  ///< image handed out
+  std::uint32_t lost = 0;      ///< by the cameras since then
   std::uint64_t lost_untold = 0;
-  std::string last_fault;           ///< of those
-  std::optional<Time> told;         ///< when losses were
-  double skew_told_ms = 0;          ///< the largest
+  std::string last_fault;            ///< of those
+  std::optional<Time> told;          ///< when losses were
+  double skew_told_ms = 0;           ///< the largest
   std::atomic<double> speed_px = 0;  ///< of the ground in the images, a second
   std::optional<ExposureControl> exposure;
   int exposed = 0;  ///< which opening of the camera it steers
@@ -283,7 +282,8 @@ std::shared_ptr<const OriginalImages> CameraSource::State::originals_of(
   return std::make_shared<const OriginalImages>(std::move(originals));
 }
 
-// Of a camera's images only some are wanted: a lost one was missed when the wanted rate shows a gap.
+// Of a camera's images only some are wanted: a lost one was missed when the wanted rate shows a
+// gap.
 std::uint32_t CameraSource::State::missed_before(Time time) {
   const std::uint32_t between = std::exchange(lost, 0);
   if (!newest) return 0;
@@ -318,11 +318,12 @@ void CameraSource::State::tell_skew(const Shot& shot, std::vector<Alert>& alerts
 std::vector<std::pair<std::string, std::string>> calibration_files(const Config& config) {
   const std::filesystem::path calibration = config.calibration;
   std::vector<std::pair<std::string, std::string>> files;
-  for (const auto& [name, file] :
-       {std::pair{"calib.yml", calibration}, {"lasers.yml", calibration.parent_path() / "lasers.yml"}}) {
+  for (const auto& [name, file] : {std::pair{"calib.yml", calibration},
+                                   {"lasers.yml", calibration.parent_path() / "lasers.yml"}}) {
     constexpr std::uint64_t kMostBytes = 10u << 20;
     const FileBytes read = read_file(file, kMostBytes, Links::follow);
-    if (read.fault.empty()) files.emplace_back(name, std::string(read.bytes.begin(), read.bytes.end()));
+    if (read.fault.empty())
+      files.emplace_back(name, std::string(read.bytes.begin(), read.bytes.end()));
   }
   return files;
 }

@@ -189,7 +189,7 @@ OpenedCamera open_v4l2(const std::string& name, const CameraMode& wanted) {
   const int device = ::open(node.c_str(), O_RDWR | O_NONBLOCK | O_CLOEXEC);
   if (device < 0) return {nullptr, prefixed(node, std::strerror(errno)), {}};
   const auto stream = std::make_shared<Stream>(device);
-  struct stat status{};
+  struct stat status {};
   v4l2_capability capability{};
   constexpr __u32 kNeeded = V4L2_CAP_VIDEO_CAPTURE | V4L2_CAP_STREAMING;
   if (::fstat(device, &status) != 0 || !S_ISCHR(status.st_mode) ||

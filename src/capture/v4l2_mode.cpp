@@ -81,13 +81,13 @@ Offer offer_of(int device, std::uint32_t pixel_format, const CameraMode& wanted)
     const double fastest = in_hz(interval.stepwise.min), slowest = in_hz(interval.stepwise.max);
     if (wanted.rate_hz > slowest && wanted.rate_hz < fastest) {
       constexpr double kUnit = 1000;
-      best = {pixel_format, wanted.rate_hz,
-              {static_cast<__u32>(kUnit),
-               static_cast<__u32>(std::lround(kUnit * wanted.rate_hz))}};
+      best = {pixel_format,
+              wanted.rate_hz,
+              {static_cast<__u32>(kUnit), static_cast<__u32>(std::lround(kUnit * wanted.rate_hz))}};
     } else {
-      const v4l2_fract end =
-          wanted.rate_hz > 0 && wanted.rate_hz <= slowest ? interval.stepwise.max
-                                                          : interval.stepwise.min;
+      const v4l2_fract end = wanted.rate_hz > 0 && wanted.rate_hz <= slowest
+                                 ? interval.stepwise.max
+                                 : interval.stepwise.min;
       best = {pixel_format, in_hz(end), end};
     }
     break;
@@ -308,8 +308,7 @@ std::optional<Camera::Exposing> exposing(int device, const CameraMode& wanted) {
 
 void expose(int device, const Exposure& exposure) {
   const auto whole = [](double value) { return static_cast<std::int32_t>(std::lround(value)); };
-  set_control(device, V4L2_CID_EXPOSURE_ABSOLUTE,
-              std::max(whole(kExposureUnits * exposure.ms), 1));
+  set_control(device, V4L2_CID_EXPOSURE_ABSOLUTE, std::max(whole(kExposureUnits * exposure.ms), 1));
   set_control(device, V4L2_CID_GAIN, whole(exposure.gain));
 }
 

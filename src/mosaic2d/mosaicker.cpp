@@ -37,17 +37,16 @@ double rounded(double distance) {
 
 // What the settings ask, or as coarse as the canvas demands.
 double sampling_distance(const Footprint& seen, const Config& config, double coarser) {
-  const double wanted = coarser * (config.ground_sampling_distance > 0
-                                       ? config.ground_sampling_distance
-                                       : rounded(seen.sampling_distance));
+  const double wanted =
+      coarser * (config.ground_sampling_distance > 0 ? config.ground_sampling_distance
+                                                     : rounded(seen.sampling_distance));
   const Eigen::Vector2d size = seen.most - seen.least;
   double allowed = std::sqrt(size.x() * size.y() / (config.max_megapixels * 1e6));
   allowed = 1.05 * std::max(allowed, size.maxCoeff() / kLongestSide);
   return wanted > allowed ? wanted : rounded(allowed);
 }
 
-MosaicGrid grid_of(std::uint32_t number, const Stand& stand, const Config& config,
-                   double coarser) {
+MosaicGrid grid_of(std::uint32_t number, const Stand& stand, const Config& config, double coarser) {
   MosaicGrid grid;
   grid.mosaic = number;
   grid.submap = stand.submap;

@@ -192,11 +192,11 @@ std::vector<Alert> Dive::State::conclude(const Facts& facts, int image_error, in
 std::vector<Alert> Dive::State::conclude_originals(const Facts& facts, int error) {
   const bool fail = error < 0;
   if (std::exchange(originals_fail, fail) == fail) return {};
-  pending.push_back(storage_alert(
-      facts,
-      fail ? "original images are not saved: " + std::string(record::describe(error))
-           : "original images are saved again",
-      fail));
+  pending.push_back(
+      storage_alert(facts,
+                    fail ? "original images are not saved: " + std::string(record::describe(error))
+                         : "original images are saved again",
+                    fail));
   return {pending.back()};
 }
 

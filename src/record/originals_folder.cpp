@@ -29,8 +29,7 @@ constexpr std::array<Table, 4> kTables{Table{"timestamps.csv", "frame,seconds\n"
 // Images between key frames show little that those do not; without a pose any may be needed.
 bool is_wanted(const Orientation& orientation, Originals which) {
   if (which == Originals::none || !orientation.shot || !orientation.shot->originals) return false;
-  const auto own =
-      std::ranges::find(orientation.poses, orientation.shot->image, &ImagePose::image);
+  const auto own = std::ranges::find(orientation.poses, orientation.shot->image, &ImagePose::image);
   return which == Originals::all || own == orientation.poses.end() || own->key_frame;
 }
 

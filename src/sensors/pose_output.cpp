@@ -91,8 +91,8 @@ class Sender {
   explicit Sender(const Output& output)
       : protocol(output.protocol),
         destination_(*destination_of(output.address, output.port)),
-        socket_(::socket(destination_.address.ss_family,
-                         SOCK_DGRAM | SOCK_NONBLOCK | SOCK_CLOEXEC, 0)) {
+        socket_(::socket(destination_.address.ss_family, SOCK_DGRAM | SOCK_NONBLOCK | SOCK_CLOEXEC,
+                         0)) {
     const int yes = 1;
     ::setsockopt(socket_, SOL_SOCKET, SO_BROADCAST, &yes, sizeof yes);
   }
@@ -228,7 +228,7 @@ void PoseOutput::State::send_mavlink(const Pose& pose) {
   if (submap && *submap != pose.submap) ++resets;
   submap = pose.submap;
   const Eigen::Vector3d& p = pose.position;
-  const VisionPosition estimate{pose.time,          {p.y(), p.x(), -p.z()}, attitude_of(pose),
+  const VisionPosition estimate{pose.time,           {p.y(), p.x(), -p.z()}, attitude_of(pose),
                                 pose.position_sigma, pose.angle_sigma,       resets};
   send(OutputProtocol::mavlink, mavlink_vision_position(estimate, system, sequence++));
 }

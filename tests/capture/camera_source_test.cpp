@@ -98,8 +98,7 @@ class LiveSourceTest : public CameraSourceTest {
  protected:
   void SetUp() override {
     nodes = vivid_nodes();
-    if (nodes.size() < 2)
-      GTEST_SKIP() << "not run: no virtual cameras (modprobe vivid n_devs=2)";
+    if (nodes.size() < 2) GTEST_SKIP() << "not run: no virtual cameras (modprobe vivid n_devs=2)";
     config.camera = nodes[0];
   }
 

@@ -62,11 +62,10 @@ class Receiver {
 // 30 degrees east of north, 10 nose up, 5 to the right: east-north-up from forward-right-down.
 Pose tilted_pose() {
   const Eigen::Matrix3d survey_from_ned{{0, 1, 0}, {1, 0, 0}, {0, 0, -1}};
-  const Eigen::Matrix3d ned_from_body =
-      (Eigen::AngleAxisd(30 * kDegree, Eigen::Vector3d::UnitZ()) *
-       Eigen::AngleAxisd(10 * kDegree, Eigen::Vector3d::UnitY()) *
-       Eigen::AngleAxisd(5 * kDegree, Eigen::Vector3d::UnitX()))
-          .toRotationMatrix();
+  const Eigen::Matrix3d ned_from_body = (Eigen::AngleAxisd(30 * kDegree, Eigen::Vector3d::UnitZ()) *
+                                         Eigen::AngleAxisd(10 * kDegree, Eigen::Vector3d::UnitY()) *
+                                         Eigen::AngleAxisd(5 * kDegree, Eigen::Vector3d::UnitX()))
+                                            .toRotationMatrix();
   Pose pose;
   pose.time = 12'500'000'000;
   pose.image = 7;
@@ -150,7 +149,8 @@ TEST(PoseOutput, SendsSentencesThatChartsRead) {
   std::setlocale(LC_ALL, "de_DE.UTF-8");  // where it is installed
   output.send(pose);
   std::setlocale(LC_ALL, locale.c_str());
-  const NmeaSentence heading = decode_nmea(receiver.next()), position = decode_nmea(receiver.next());
+  const NmeaSentence heading = decode_nmea(receiver.next()),
+                     position = decode_nmea(receiver.next());
   ASSERT_EQ(heading.fault, NmeaFault::none);
   EXPECT_NEAR(*heading.reading.heading, 30 * kDegree, 1e-4);
   EXPECT_EQ(position.kind, "GGA");

@@ -17,15 +17,15 @@ namespace nadir::capture {
 /// just one camera has it; or "auto", the only USB camera.
 class CameraSource {
  public:
-  /// keep_originals: shots carry the images as they came. Opens no camera yet. Throws InputError when the calibration is missing, malformed or not of as
-  /// many cameras.
+  /// keep_originals: shots carry the images as they came. Opens no camera yet. Throws InputError
+  /// when the calibration is missing, malformed or not of as many cameras.
   explicit CameraSource(const Config& config, bool keep_originals = false);
   ~CameraSource();
 
   /// Waits for the next image or pair, a second at most; none once told to stop. Cameras that are
-  /// not there, fail or fall silent are opened again and again, told by camera_lost and camera_back.
-  /// Times are CLOCK_MONOTONIC's and increase. Images that a camera or its cable lost or damaged
-  /// are counted in Shot::missed_before and told.
+  /// not there, fail or fall silent are opened again and again, told by camera_lost and
+  /// camera_back. Times are CLOCK_MONOTONIC's and increase. Images that a camera or its cable lost
+  /// or damaged are counted in Shot::missed_before and told.
   std::optional<Captured> next(const std::stop_token& stop);
 
   /// At the processed scale; has a right camera only for a pair.
