@@ -17,6 +17,7 @@ pkg_check_modules(turbojpeg REQUIRED IMPORTED_TARGET libturbojpeg)      # image_
 pkg_check_modules(deflate REQUIRED IMPORTED_TARGET libdeflate)          # image_io, record
 pkg_check_modules(systemd REQUIRED IMPORTED_TARGET libsystemd)          # app
 pkg_check_modules(isal REQUIRED IMPORTED_TARGET libisal)                # image_io
+pkg_check_modules(libcamera IMPORTED_TARGET libcamera)                  # capture's plugin, which is left out without it
 
 # OpenCV module by module: its own CMake package asks for all of libopencv-dev, of which nadir uses five.
 find_path(OPENCV_INCLUDE opencv2/core.hpp PATH_SUFFIXES opencv4 REQUIRED)

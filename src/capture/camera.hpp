@@ -23,7 +23,7 @@ struct CameraMode {
   double rate_hz = 0;      ///< at least, when the camera can; 0: its fastest
   double exposure_ms = 0;  ///< 0: steered by expose(), or by the camera itself if it cannot be
   double gain = -1;        ///< in its own unit; -1: likewise
-  int focus = -1;          ///< in its own unit; -1: as it stands. It never focuses by itself
+  double focus = -1;       ///< in its own unit; -1: as it stands. It never focuses by itself
 };
 
 /// How a picture's bytes are to be read.
@@ -78,5 +78,8 @@ struct OpenedCamera {
 
 /// Begins to stream. name: of v4l2_devices(), or "auto".
 OpenedCamera open_v4l2(const std::string& name, const CameraMode& mode);
+
+/// "libcamera:ID" or "libcamera:auto" by libcamera, any other by V4L2.
+OpenedCamera open_camera(const std::string& name, const CameraMode& mode);
 
 }  // namespace nadir::capture

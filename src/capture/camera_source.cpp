@@ -78,7 +78,7 @@ CameraLink link_to(const std::string& name, std::string role, const CameraModel&
                    const Config& config) {
   const CameraMode mode{camera.width,       camera.height, config.rate_hz,
                         config.exposure_ms, config.gain,   config.focus};
-  return {std::move(role), [name, mode] { return open_v4l2(name, mode); }};
+  return {std::move(role), [name, mode] { return open_camera(name, mode); }};
 }
 
 CameraRig rig_of(const Config& config) {

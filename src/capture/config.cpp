@@ -33,7 +33,8 @@ void Config::check() const {
                      " may be the other camera of the pair after the next start; name each by its "
                      "path in /dev/v4l/by-path, or by its serial number");
   }
-  if (!camera_right.empty() && (camera == camera_right || camera == "auto")) {
+  if (!camera_right.empty() &&
+      (camera == camera_right || camera == "auto" || camera == "libcamera:auto")) {
     throw InputError("capture.camera = '" + camera + "' and capture.camera_right = '" +
                      camera_right + "' do not tell the two cameras of a pair apart; name both");
   }

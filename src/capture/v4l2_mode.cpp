@@ -30,6 +30,8 @@ const std::array kFormats{
     KnownFormat{V4L2_PIX_FMT_YUYV, {RawFormat::yuyv, {}, 0}},
     KnownFormat{V4L2_PIX_FMT_MJPEG, {}},
     KnownFormat{V4L2_PIX_FMT_JPEG, {}},
+    KnownFormat{V4L2_PIX_FMT_BGR24, {RawFormat::bgr24, {}, 0}},
+    KnownFormat{V4L2_PIX_FMT_RGB24, {RawFormat::rgb24, {}, 0}},
     KnownFormat{V4L2_PIX_FMT_SRGGB8, {RawFormat::bayer8, BayerOrder::rggb, 0}},
     KnownFormat{V4L2_PIX_FMT_SGRBG8, {RawFormat::bayer8, BayerOrder::grbg, 0}},
     KnownFormat{V4L2_PIX_FMT_SGBRG8, {RawFormat::bayer8, BayerOrder::gbrg, 0}},
@@ -171,7 +173,7 @@ Choice choose(int device, const CameraMode& wanted) {
   if (choice.offer) return choice;
   choice.fault = known ? "does not offer " + in_words(wanted.width, wanted.height) +
                              " px, for which the calibration is, but " + sizes
-                       : "gives no format that is known here (NV12, YUYV, JPEG, Bayer, grey)";
+                       : "gives no format that is known here (NV12, YUYV, JPEG, RGB, Bayer, grey)";
   return choice;
 }
 
@@ -239,6 +241,12 @@ std::optional<Encoding> encoding_of(std::uint32_t pixel_format) {
   return known == kFormats.end() ? std::nullopt : std::optional(known->encoding);
 }
 
+std::vector<std::uint32_t> known_formats() {
+  std::vector<std::uint32_t> formats;
+  for (const KnownFormat& format : kFormats) formats.push_back(format.pixel_format);
+  return formats;
+}
+
 V4l2Mode set_mode(int device, const CameraMode& wanted) {
   V4l2Mode mode;
   const Choice choice = choose(device, wanted);
@@ -260,8 +268,9 @@ std::vector<std::string> set_controls(int device, const CameraMode& wanted) {
   if (range_of(device, V4L2_CID_FOCUS_AUTO))
     require(set_control(device, V4L2_CID_FOCUS_AUTO, 0), "its autofocus cannot be turned off");
   if (wanted.focus >= 0) {
-    require(set_control(device, V4L2_CID_FOCUS_ABSOLUTE, wanted.focus),
-            "its focus cannot be set to " + std::to_string(wanted.focus));
+    const auto focus = static_cast<std::int32_t>(std::lround(wanted.focus));
+    require(set_control(device, V4L2_CID_FOCUS_ABSOLUTE, focus),
+            "its focus cannot be set to " + std::to_string(focus));
   }
   // In the dark a camera would rather give fewer images.
   if (range_of(device, V4L2_CID_EXPOSURE_AUTO_PRIORITY))

@@ -15,6 +15,9 @@ namespace nadir::capture {
 /// The layout of a pixel format of V4L2; none for what cannot be decoded here.
 std::optional<Encoding> encoding_of(std::uint32_t pixel_format);
 
+/// All that have one, in the order of preference.
+std::vector<std::uint32_t> known_formats();
+
 struct V4l2Mode {
   Encoding encoding;
   double rate_hz = 0;  ///< as the driver set it; 0: unknown
@@ -22,7 +25,7 @@ struct V4l2Mode {
 };
 
 /// Of the formats it offers at that size the first that is fast enough, in the order NV12, YUYV,
-/// JPEG, Bayer of 8 and 10 bits, grey; else the fastest.
+/// JPEG, RGB, Bayer of 8 and 10 bits, grey; else the fastest.
 V4l2Mode set_mode(int device, const CameraMode& wanted);
 
 /// What the camera would not be set to; streams all the same.

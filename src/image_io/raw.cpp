@@ -17,6 +17,8 @@ bool is_bayer(RawFormat format) {
          format == RawFormat::bayer10p;
 }
 
+bool is_rgb(RawFormat format) { return format == RawFormat::bgr24 || format == RawFormat::rgb24; }
+
 std::size_t row_bytes(RawFormat format, int width) {
   const auto pixels = static_cast<std::size_t>(width);
   switch (format) {
@@ -27,6 +29,9 @@ std::size_t row_bytes(RawFormat format, int width) {
     case RawFormat::yuyv:
     case RawFormat::bayer10:
       return 2 * pixels;
+    case RawFormat::bgr24:
+    case RawFormat::rgb24:
+      return 3 * pixels;
     case RawFormat::bayer10p:
       return (pixels * 5 + 3) / 4;
   }
@@ -36,7 +41,7 @@ std::size_t row_bytes(RawFormat format, int width) {
 std::string fault_of(const RawImage& raw) {
   const std::string size = std::to_string(raw.width) + " x " + std::to_string(raw.height) + " px";
   if (raw.width < 1 || raw.height < 1) return "has no pixels: " + size;
-  const bool pairs = raw.format != RawFormat::grey;
+  const bool pairs = raw.format != RawFormat::grey && !is_rgb(raw.format);
   const bool row_pairs = pairs && raw.format != RawFormat::yuyv;
   if ((pairs && raw.width % 2 != 0) || (row_pairs && raw.height % 2 != 0))
     return "is " + size + ", but " + std::string(to_string(raw.format)) + " has pairs of pixels";
@@ -139,7 +144,14 @@ cv::Mat colours(const RawImage& raw, int divisor) {
                         : reduce(binned(pixels, raw.order), divisor / 2);
   }
   cv::Mat bgr;
-  if (raw.format == RawFormat::yuyv) {
+  if (is_rgb(raw.format)) {
+    const cv::Mat pixels = rows_of(raw, 0, raw.height, raw.width, CV_8UC3);
+    if (raw.format == RawFormat::rgb24) {
+      cv::cvtColor(pixels, bgr, cv::COLOR_RGB2BGR);
+    } else {
+      bgr = divisor == 1 ? pixels.clone() : pixels;  // the bytes are the camera's
+    }
+  } else if (raw.format == RawFormat::yuyv) {
     cv::cvtColor(rows_of(raw, 0, raw.height, raw.width, CV_8UC2), bgr, cv::COLOR_YUV2BGR_YUYV);
   } else {
     cv::cvtColorTwoPlane(rows_of(raw, 0, raw.height, raw.width, CV_8UC1),
@@ -159,6 +171,10 @@ std::string_view to_string(RawFormat format) {
       return "YUYV";
     case RawFormat::nv12:
       return "NV12";
+    case RawFormat::bgr24:
+      return "BGR24";
+    case RawFormat::rgb24:
+      return "RGB24";
     case RawFormat::bayer8:
       return "8-bit Bayer";
     case RawFormat::bayer10:

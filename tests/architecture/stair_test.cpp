@@ -106,7 +106,9 @@ TEST(Stair, TheConfigurationParserIsSeenInOneFile) {
 TEST(Stair, MiddleRoomsHaveNoThreads) {
   for (const Include& include : includes()) {
     const int step = kStep.at(include.room);
-    if (step != 2 || include.room == "sensors") continue;
+    // libcamera calls its plugin from a thread of its own.
+    const bool is_plugin = include.file.parent_path().filename() == "plugin";
+    if (step != 2 || include.room == "sensors" || is_plugin) continue;
     EXPECT_FALSE(include.target == "thread" || include.target == "mutex" ||
                  include.target == "future" || include.target == "sys/socket.h")
         << include.file << " includes " << include.target;

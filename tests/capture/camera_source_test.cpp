@@ -63,6 +63,8 @@ class CameraSourceTest : public testing::Test {
 TEST_F(CameraSourceTest, RefusesSettingsThatCannotBeRight) {
   config.camera_right = "B";
   EXPECT_THAT(refusal(), HasSubstr("tell the two cameras of a pair apart"));
+  config.camera = "libcamera:auto";
+  EXPECT_THAT(refusal(), HasSubstr("tell the two cameras of a pair apart"));
   config.camera = "A";
   EXPECT_THAT(refusal(), HasSubstr("calibrate the pair"));
   calibrate(kCamera + kRight);

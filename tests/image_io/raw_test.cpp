@@ -79,6 +79,18 @@ Sample as_nv12(const cv::Mat& bgr) {
   return made;
 }
 
+Sample as_rgb(const cv::Mat& bgr, RawFormat format) {
+  Sample made = sample(3 * kWidth);
+  for (int y = 0; y < kHeight; ++y) {
+    for (int x = 0; x < kWidth; ++x) {
+      std::uint8_t* to = made.bytes.data() + static_cast<std::size_t>(y) * made.stride + 3 * x;
+      for (int c = 0; c < 3; ++c)
+        to[c] = bgr.at<cv::Vec3b>(y, x)[format == RawFormat::bgr24 ? c : 2 - c];
+    }
+  }
+  return made;
+}
+
 // The channel of OpenCV's BGR that the pattern has there.
 int channel(BayerOrder order, int x, int y) {
   static constexpr std::array<const char*, 4> kNames{"RGGB", "GRBG", "GBRG", "BGGR"};
@@ -138,6 +150,18 @@ TEST(Raw, KeepsColoursOfEveryBayerPattern) {
         expect_colours(decode_raw(made.image(format, order), divisor, Colour::bgr), bgr, divisor, 2,
                        divisor == 1 ? 1 : 0);
       }
+    }
+  }
+}
+
+TEST(Raw, KeepsRgbAsItIsAndItsOwnMemory) {
+  const cv::Mat bgr = slow_colours();
+  for (const auto format : {RawFormat::bgr24, RawFormat::rgb24}) {
+    for (const int divisor : {1, 2, 4}) {
+      Sample made = as_rgb(bgr, format);
+      const Decoded decoded = decode_raw(made.image(format), divisor, Colour::bgr);
+      std::fill(made.bytes.begin(), made.bytes.end(), std::uint8_t{0});  // the camera writes on
+      expect_colours(decoded, bgr, divisor, 0);
     }
   }
 }

@@ -12,9 +12,10 @@
 
 namespace nadir::capture {
 
-/// One V4L2 camera, or two as a pair. Config::camera and camera_right name them: a path of
+/// One camera, or two as a pair. Config::camera and camera_right name them: a path of
 /// /dev/v4l/by-path or by-id; the serial number, the bus or the card that VIDIOC_QUERYCAP tells, if
-/// just one camera has it; or "auto", the only USB camera.
+/// just one camera has it; "auto", the only USB camera; or "libcamera:ID" for a camera of
+/// libcamera, by its id or the end of it, and "libcamera:auto" for the only one.
 class CameraSource {
  public:
   /// keep_originals: shots carry the images as they came. Opens no camera yet. Throws InputError

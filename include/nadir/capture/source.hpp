@@ -33,7 +33,7 @@ struct Config {
   std::string calibration = "/etc/nadir/camera.yml";  ///< lasers.yml lies beside it
   double exposure_ms = 0;                             ///< 0: steered by light and speed
   double gain = -1;                                   ///< in the camera's unit; -1: likewise
-  int focus = -1;          ///< in the camera's unit; -1: as it is. It never focuses by itself
+  double focus = -1;       ///< in the camera's unit; -1: as it is. It never focuses by itself
   double max_blur_px = 1;  ///< full-size pixels that motion may smear; exposures keep to it
   double max_skew_ms = 2;  ///< between the pictures of a pair, before it is told
 

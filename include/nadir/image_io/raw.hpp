@@ -17,6 +17,8 @@ enum class RawFormat : std::uint8_t {
   grey,      ///< 8 bits
   yuyv,      ///< two pixels in Y U Y V, of BT.601, 16 to 235
   nv12,      ///< all Y, then U V of two by two pixels, likewise
+  bgr24,     ///< three bytes a pixel: blue, green, red
+  rgb24,     ///< red, green, blue
   bayer8,    ///< a byte a pixel
   bayer10,   ///< two bytes a pixel, little-endian, ten bits of them used
   bayer10p,  ///< MIPI's: four pixels in five bytes, the last with two bits of each

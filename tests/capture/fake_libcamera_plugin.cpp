@@ -1,0 +1,63 @@
+// SPDX-FileCopyrightText: nadir contributors
+// SPDX-License-Identifier: Apache-2.0
+// A plugin without libcamera: one grey camera that does what its test says.
+#include "fake_libcamera_plugin.hpp"
+
+#include <linux/videodev2.h>
+#include <sys/eventfd.h>
+#include <unistd.h>
+
+#include <cstring>
+
+namespace {
+
+nadir::capture::FakePlugin fake;
+
+void write_text(NadirText& to, const char* text) {
+  std::strncpy(static_cast<char*>(to.text), text, sizeof to.text - 1);
+}
+
+void open_camera(const NadirCameraWanted* wanted, NadirCameraOpened* opened) {
+  fake.wanted = *wanted;
+  if (std::strcmp(wanted->id, "none") == 0) {
+    write_text(opened->fault, "libcamera has no camera");
+    return;
+  }
+  fake.open = true;
+  fake.descriptor = ::eventfd(1, EFD_CLOEXEC);
+  opened->camera = &fake;
+  opened->descriptor = fake.descriptor;
+  opened->format = V4L2_PIX_FMT_GREY;
+  opened->stride = static_cast<std::size_t>(wanted->width) + nadir::capture::FakePlugin::kPadding;
+  opened->rate_hz = wanted->rate_hz;
+  write_text(opened->remarks, "its gain cannot be set\nits focus cannot be set\n");
+}
+
+NadirCameraTaken take(void* /*camera*/, NadirCameraPicture* picture, NadirText* gone) {
+  if (fake.next == NADIR_TAKEN_GONE) write_text(*gone, "is not there any more");
+  if (fake.next == NADIR_TAKEN_PICTURE) {
+    *picture = fake.picture;
+    ++fake.out;
+  }
+  return fake.next;
+}
+
+void give_back(void* /*camera*/, void* buffer) {
+  --fake.out;
+  fake.given_back = buffer;
+}
+
+void stop(void* /*camera*/) { fake.stopped = true; }
+
+void close_camera(void* /*camera*/) {
+  fake.open = false;
+  ::close(fake.descriptor);
+}
+
+constexpr NadirLibcameraPlugin kPlugin{FAKE_ABI,  "0",  open_camera, take,
+                                       give_back, stop, close_camera};
+
+}  // namespace
+
+const NadirLibcameraPlugin* nadir_libcamera_plugin() { return &kPlugin; }
+void* fake_plugin() { return &fake; }
