@@ -183,6 +183,10 @@ std::vector<Setting> make_settings() {
               "or brighter"),
       setting("reference.attitude", &Config::reference, &reference::Config::attitude,
               "vertical and north from the AHRS where images have attitudes"),
+      setting("reference.origin", &Config::reference, &reference::Config::origin,
+              "\"LATITUDE LONGITUDE\" or \"LATITUDE LONGITUDE HEIGHT\" of the ground where the map "
+              "begins, WGS 84, decimal degrees, metres above the ellipsoid: with an AHRS the files "
+              "for GIS are UTM, and magnetic headings become true; empty: none"),
       setting("reference.stereo_matching_px", &Config::reference,
               &reference::Config::stereo_matching_px,
               "1 sigma of a disparity, for the sigma of the stereo scale"),

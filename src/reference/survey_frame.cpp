@@ -128,6 +128,7 @@ void Config::check() const {
     throw InputError("reference.altimeter_below_camera_m must be -10 to 10; the default is 0");
   }
   (void)parse_known_length(known_length);
+  (void)parse_origin(origin);
 }
 
 SurveyFrame::SurveyFrame(Config config, PlaneOf plane_of,

@@ -14,6 +14,7 @@
 #include "nadir/core/surface.hpp"
 #include "nadir/core/window.hpp"
 #include "nadir/reference/attitude_check.hpp"
+#include "nadir/reference/geodetic.hpp"
 #include "nadir/reference/scale_claims.hpp"
 
 namespace nadir::reference {
@@ -30,6 +31,10 @@ struct Config {
 
   double altimeter_below_camera_m = 0;  ///< along the vehicle's down axis, from the lens
   std::string known_length;             ///< see parse_known_length; empty: none
+
+  /// Of the ground where the first map's middle lies; see parse_origin; empty: unknown. With it the
+  /// survey's y axis, if by the AHRS, is north of the UTM grid instead of true north.
+  std::string origin;
 
   /// Throws InputError naming the setting, its value and the allowed range.
   void check() const;
