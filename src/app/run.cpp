@@ -17,6 +17,7 @@
 #include "nadir/core/check.hpp"
 #include "page_assets.hpp"
 #include "service_manager.hpp"
+#include "variation.hpp"
 #include "verbs.hpp"
 #include "watch.hpp"
 
@@ -38,6 +39,7 @@ class Beginning {
 
   std::unique_ptr<serve::WebServer> open_page();
   std::optional<Shot> first_image(capture::CameraSource& cameras, Publisher& page);
+  Config with_variation(Publisher& page);
   std::unique_ptr<record::Dive> begin_dive(capture::CameraSource& cameras, Publisher& page);
 
   /// Told already, to be recorded with the dive.
@@ -94,6 +96,21 @@ std::optional<Shot> Beginning::first_image(capture::CameraSource& cameras, Publi
     if (captured->shot) return captured->shot;
   }
   return std::nullopt;
+}
+
+// Once images come: by then the clock may have been set.
+Config Beginning::with_variation(Publisher& page) {
+  Config config = config_;
+  const auto now = std::chrono::system_clock::now().time_since_epoch();
+  const auto variation = variation_by_model(config, std::chrono::nanoseconds(now).count());
+  if (!variation) return config;
+  config.sensors.magnetic_variation_deg = variation->degrees;
+  std::fprintf(stderr, "magnetic variation by the model: %+.1f degrees\n", variation->degrees);
+  if (std::optional<Alert> alert = variation->alert) {
+    alert->time = std::chrono::nanoseconds(Watch::Clock::now().time_since_epoch()).count();
+    tell(*alert, page);
+  }
+  return config;
 }
 
 // Null when told to stop.
@@ -177,6 +194,7 @@ int run(const Run& live) {
   Publisher page(*server, "live", 0);
   std::optional<Shot> first = beginning.first_image(cameras, page);
   if (!first) return 0;
+  const Config mapping = beginning.with_variation(page);
   const auto dive = beginning.begin_dive(cameras, page);
   if (!dive) return 0;
 
@@ -185,7 +203,7 @@ int run(const Run& live) {
     if (first) return capture::Captured{std::exchange(first, std::nullopt), {}};
     return cameras.next(ending);
   };
-  Graph graph(config, {Rate::Kind::live, 0}, {next, cameras.lasers(), *dive, &page, progress});
+  Graph graph(mapping, {Rate::Kind::live, 0}, {next, cameras.lasers(), *dive, &page, progress});
   interrupt.on_interrupt([stop = graph.stop_source()]() mutable { stop.request_stop(); });
   supervise(graph, manager, graph.stop_source().get_token());
   manager.stopping();

@@ -132,7 +132,8 @@ std::vector<Setting> make_settings() {
               "kg/m3, likewise; lakes and pools 1000"),
       setting("sensors.magnetic_variation_deg", &Config::sensors,
               &sensors::Config::magnetic_variation_deg,
-              "true minus magnetic north, east positive, while no sensor tells it"),
+              "true minus magnetic north, east positive, while no sensor tells it; 0 with "
+              "reference.origin: by the magnetic model"),
       setting("sensors.outputs", &Config::sensors, &sensors::Config::outputs,
               "where live poses and covered ground are sent, with spaces between: json, mavlink or "
               "nmea, then :udp:ADDRESS:PORT"),
