@@ -8,12 +8,14 @@
 #include <filesystem>
 #include <memory>
 #include <nlohmann/json.hpp>
+#include <optional>
 #include <string>
 #include <vector>
 
 #include "nadir/core/cloud.hpp"
 #include "nadir/core/revision.hpp"
 #include "nadir/core/tile.hpp"
+#include "nadir/reference/geodetic.hpp"
 
 namespace nadir::record {
 
@@ -33,6 +35,9 @@ struct Config {
 struct DiveInfo {
   /// Members of dive.json as they are: input, configuration, versions.
   nlohmann::json about = nlohmann::json::object();
+  /// Of the survey. Where the survey is in metres and its axes are by attitude, the files for GIS
+  /// are on the UTM grid around it; y is then the grid's north.
+  std::optional<reference::Geodetic> origin{};
 };
 
 /// All that was made of one shot, or (an orientation without a shot) after the last; any of

@@ -56,7 +56,8 @@ class SurveyFrame {
               const AttitudeSigma& attitude_sigma = {});
 
   /// Before a shot is oriented: the same, or with the lasers' dots marked as hidden, or without
-  /// its attitude once the AHRS was found to contradict the images.
+  /// its attitude once the AHRS was found to contradict the images. With an origin, its yaw is
+  /// from then on the grid's, not from true north.
   std::shared_ptr<const Shot> mark(std::shared_ptr<const Shot> shot);
 
   /// initial: in the odometry frame of the new sub-map; frames: of initial.images, in their order.
@@ -104,6 +105,7 @@ class SurveyFrame {
                const Frame& first);
   Eigen::Quaterniond upright(const Window& initial, const std::optional<Plane>& plane) const;
   void leave_out_attitude();
+  void tell_unplaced(const Orientation& orientation);
   void check_attitude(const Orientation& orientation);
   void follow_heading(const Frame& frame);
   double turned_by(Time time) const;
@@ -112,6 +114,8 @@ class SurveyFrame {
 
   Config config_;
   PlaneOf plane_of_;
+  std::optional<UtmGrid> grid_;    ///< with an origin
+  bool unplaced_is_told_ = false;  ///< that the origin does not place the map
   SurveyAxes axes_ = SurveyAxes::none;
   Scale scale_;
   std::optional<LastSeen> last_;
