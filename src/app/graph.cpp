@@ -123,6 +123,7 @@ Graph::Graph(const Config& config, Rate rate, Ends ends, std::optional<GivenPose
       shots_(rate.kind == Rate::Kind::live ? kLiveDepth : kDepth, when_full(rate), odometry_bell_),
       capture_alerts_(kAlertDepth, WhenFull::drop, record_bell_),
       sensor_alerts_(kAlertDepth, WhenFull::drop, record_bell_),
+      load_alerts_(kAlertDepth, WhenFull::drop, record_bell_),
       orientations_(kDepth, when_full(rate)),
       recorded_orientations_(kRecordDepth, WhenFull::wait, record_bell_),
       page_orientations_(kDepth, WhenFull::wait, page_bell_),
@@ -196,6 +197,7 @@ void Graph::start_stages() {
   record_ = std::make_unique<Stage>(
       "record",
       std::vector{feed(capture_alerts_, announce), feed(sensor_alerts_, announce),
+                  feed(load_alerts_, announce),
                   feed(recorded_orientations_, assemble), feed(recorded_surfaces_, assemble),
                   feed(recorded_clouds_, assemble), feed(recorded_mosaics_, assemble),
                   feed(recorded_revisions_, assemble)},
@@ -336,6 +338,10 @@ void Graph::orient(Shared<Shot> shot) {
 }
 
 void Graph::pass_on(Orientation orientation) {
+  if (ends_.note_speed) {
+    // Without a map the light alone decides.
+    ends_.note_speed(image_speed_.observe(orientation).value_or(0));
+  }
   std::vector<Alert> conflicts = survey_.observe(orientation);
   std::ranges::move(conflicts, std::back_inserter(orientation.alerts));
   orientation.dead_reckoned = survey_.dead_reckon(orientation);
@@ -369,13 +375,18 @@ void Graph::fit(Shared<Orientation> orientation) {
 }
 
 void Graph::project(Shared<Surface> surface) {
-  const auto message = std::make_shared<const Cloud>(projection_.process(std::move(surface)));
+  constexpr std::uint64_t kOneOf = 4;
+  const bool passed_over =
+      economy_ >= Economy::projection && surfaces_projected_++ % kOneOf != 0;
+  const auto message = std::make_shared<const Cloud>(
+      passed_over ? Cloud{std::move(surface), {}, {}} : projection_.process(std::move(surface)));
   recorded_clouds_.push(message);
   to_page(page_clouds_, message);
   if (outputs_) output_clouds_.push(message);
 }
 
 void Graph::stitch(Shared<Surface> surface) {
+  mosaicker_.coarsen(economy_ >= Economy::mosaic ? 2 : 1);
   const auto message = std::make_shared<const MosaicUpdate>(mosaicker_.process(std::move(surface)));
   recorded_mosaics_.push(message);
   to_page(page_mosaics_, message);
@@ -396,6 +407,14 @@ void Graph::write(const record::Entry& entry) {
 void Graph::tell(const Alert& alert) {
   ends_.progress.add(alert);
   to_page(page_alerts_, std::make_shared<const Alert>(alert));
+}
+
+void Graph::economise(Economy economy, const std::string& reason, Time now) {
+  if (economy_.exchange(economy) == economy) return;
+  if (ends_.page) ends_.page->slow_down(economy >= Economy::live_image);
+  load_alerts_.push(std::make_shared<const Alert>(
+      Alert{now, std::nullopt, AlertKind::load, reason + ": " + in_words(economy),
+            "images and poses are recorded as ever"}));
 }
 
 void Graph::publish_statistics() {
@@ -425,6 +444,7 @@ bool Graph::wait_for(const Shot& shot) {
 }
 
 std::exception_ptr Graph::join() {
+  load_alerts_.close();  // of the caller's thread, which has no more to tell
   std::exception_ptr fault;
   for (const auto* stage : {&capture_, &orienting_, &fitting_, &projecting_, &stitching_,
                             &revisiting_, &record_, &page_, &outputs_stage_, &sensors_}) {

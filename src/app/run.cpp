@@ -4,6 +4,7 @@
 #include <chrono>
 #include <condition_variable>
 #include <cstdio>
+#include <deque>
 #include <memory>
 #include <mutex>
 #include <opencv2/core/utility.hpp>
@@ -25,6 +26,10 @@ namespace nadir::app {
 namespace {
 
 using namespace std::chrono_literals;
+
+Time monotonic_now() {
+  return std::chrono::nanoseconds(Watch::Clock::now().time_since_epoch()).count();
+}
 
 void log(const Alert& alert) {
   std::fprintf(stderr, "%s: %s; %s\n", std::string(to_string(alert.kind)).c_str(),
@@ -107,7 +112,7 @@ Config Beginning::with_variation(Publisher& page) {
   config.sensors.magnetic_variation_deg = variation->degrees;
   std::fprintf(stderr, "magnetic variation by the model: %+.1f degrees\n", variation->degrees);
   if (std::optional<Alert> alert = variation->alert) {
-    alert->time = std::chrono::nanoseconds(Watch::Clock::now().time_since_epoch()).count();
+    alert->time = monotonic_now();
     tell(*alert, page);
   }
   return config;
@@ -128,9 +133,8 @@ std::unique_ptr<record::Dive> Beginning::begin_dive(capture::CameraSource& camer
       for (const Alert& alert : alerts_) dive->add(alert);
       return dive;
     } catch (const InputError& error) {
-      const Time now = std::chrono::nanoseconds(Watch::Clock::now().time_since_epoch()).count();
       if (std::exchange(told, error.what()) != error.what()) {
-        tell({now, std::nullopt, AlertKind::storage, error.what(),
+        tell({monotonic_now(), std::nullopt, AlertKind::storage, error.what(),
               "mapping begins by itself as soon as it can be recorded"},
              page);
       }
@@ -155,10 +159,37 @@ std::string in_words(const Graph& graph) {
   return text;
 }
 
+/// Of what came to the stages in the last seconds, the part that found no room.
+class DropRate {
+ public:
+  double observe(const std::vector<StageStats>& stages) {
+    constexpr std::size_t kSeconds = 5;
+    Count count;
+    for (const StageStats& stage : stages) {
+      if (stage.stage == "outputs") continue;  // datagrams may be lost
+      count.dropped += stage.dropped;
+      if (stage.stage == "odometry") count.images = stage.processed + stage.dropped;
+    }
+    counts_.push_back(count);
+    if (counts_.size() > kSeconds + 1) counts_.pop_front();
+    const double images = static_cast<double>(count.images - counts_.front().images);
+    return images > 0 ? static_cast<double>(count.dropped - counts_.front().dropped) / images : 0;
+  }
+
+ private:
+  struct Count {
+    std::uint64_t images = 0, dropped = 0;
+  };
+  std::deque<Count> counts_;  ///< one a second
+};
+
 // Until told to stop or a stage has ended by a fault. A stage that hangs cannot be ended: the
 // process has to be, and the journal is whole at any instant.
-void supervise(const Graph& graph, ServiceManager& manager, const std::stop_token& stop) {
+void supervise(Graph& graph, const Config& config, ServiceManager& manager,
+               const std::stop_token& stop) {
   Watch watch;
+  Ladder ladder;
+  DropRate drop_rate;
   std::mutex alone;
   std::unique_lock lock(alone);
   while (!stop.stop_requested()) {
@@ -168,6 +199,10 @@ void supervise(const Graph& graph, ServiceManager& manager, const std::stop_toke
       std::_Exit(1);
     }
     manager.feed_watchdog();
+    Load load = board_load("/sys", config.record.dives);
+    load.dropped = drop_rate.observe(graph.stats());
+    const Economy economy = ladder.observe(Watch::Clock::now(), load);
+    graph.economise(economy, ladder.reason(), monotonic_now());
     manager.status(in_words(graph));
     std::condition_variable_any().wait_for(lock, stop, 1s, [] { return false; });
   }
@@ -203,9 +238,10 @@ int run(const Run& live) {
     if (first) return capture::Captured{std::exchange(first, std::nullopt), {}};
     return cameras.next(ending);
   };
-  Graph graph(mapping, {Rate::Kind::live, 0}, {next, cameras.lasers(), *dive, &page, progress});
+  const auto note_speed = [&](double px_a_second) { cameras.note_speed(px_a_second); };
+  Graph graph(mapping, {Rate::Kind::live, 0}, {next, cameras.lasers(), note_speed, *dive, &page, progress});
   interrupt.on_interrupt([stop = graph.stop_source()]() mutable { stop.request_stop(); });
-  supervise(graph, manager, graph.stop_source().get_token());
+  supervise(graph, config, manager, graph.stop_source().get_token());
   manager.stopping();
   // The files of a long dive take their time.
   const std::jthread alive([&](const std::stop_token& done) {

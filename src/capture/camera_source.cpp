@@ -7,6 +7,7 @@
 #include <unistd.h>
 
 #include <algorithm>
+#include <atomic>
 #include <cerrno>
 #include <chrono>
 #include <cmath>
@@ -110,6 +111,7 @@ struct CameraSource::State {
   void lose(std::uint32_t images, const std::string& fault);
   void tell_lost(const Shot& shot, std::vector<Alert>& alerts);
   void tell_skew(const Shot& shot, std::vector<Alert>& alerts);
+  void steer_exposure(const Frame& frame);
   void wait(Time until) const;
 
   const Config config;
@@ -126,12 +128,17 @@ struct CameraSource::State {
   std::string last_fault;           ///< of those
   std::optional<Time> told;         ///< when losses were
   double skew_told_ms = 0;          ///< the largest
+  std::atomic<double> speed_px = 0;  ///< of the ground in the images, a second
+  std::optional<ExposureControl> exposure;
+  int exposed = 0;  ///< which opening of the camera it steers
 };
 
 CameraSource::CameraSource(const Config& config) : state_(std::make_unique<State>(config)) {}
 CameraSource::~CameraSource() = default;
 std::shared_ptr<const CameraRig> CameraSource::rig() const { return state_->rig; }
 const std::optional<calibration::Lasers>& CameraSource::lasers() const { return state_->lasers; }
+
+void CameraSource::note_speed(double px_a_second) { state_->speed_px = px_a_second; }
 
 std::optional<Time> CameraSource::skew() const { return state_->pairing.skew(); }
 
@@ -215,6 +222,7 @@ std::optional<Shot> CameraSource::State::next_shot(Time now, std::vector<Alert>&
     frame.time = shot.time;
     frame.name = shot.name;
     frame.rig = rig;
+    steer_exposure(frame);
     shot.frame = std::make_shared<const Frame>(std::move(frame));
     newest = shot.time;
     tell_lost(shot, shot.alerts);
@@ -222,6 +230,21 @@ std::optional<Shot> CameraSource::State::next_shot(Time now, std::vector<Alert>&
     return shot;
   }
   return std::nullopt;
+}
+
+// Both cameras of a pair see the same ground and are set alike, by the left one.
+void CameraSource::State::steer_exposure(const Frame& frame) {
+  if (std::exchange(exposed, links[0].opened()) != exposed || !exposure) {
+    const auto exposing = links[0].exposing();
+    exposure.reset();
+    if (!exposing) return;
+    exposure.emplace(exposing->range, config.max_blur_px * config.divisor(), exposing->now);
+  }
+  const double full_speed_px = speed_px * config.divisor();
+  const double period_ms = static_cast<double>(links[0].period()) / kMillisecond;
+  const auto next = exposure->observe(cv::mean(frame.grey)[0], full_speed_px, period_ms);
+  if (!next) return;
+  for (CameraLink& link : links) link.expose(*next);
 }
 
 // What is wrong with a picture; empty when both are decoded.

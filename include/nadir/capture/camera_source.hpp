@@ -28,6 +28,9 @@ class CameraSource {
   /// At the processed scale; has a right camera only for a pair.
   std::shared_ptr<const CameraRig> rig() const;
   const std::optional<calibration::Lasers>& lasers() const;
+  /// How fast the ground moves in the images at the processed scale, px a second, 0: unknown; for
+  /// the exposure. Any thread.
+  void note_speed(double px_a_second);
   /// Right minus left time of a pair's pictures, the median of the last twenty; none before.
   std::optional<Time> skew() const;
 
