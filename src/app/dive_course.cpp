@@ -61,6 +61,7 @@ record::DiveInfo dive_info(nlohmann::json input, const std::string& engine, cons
                 {"engine", engine},
                 {"configuration", as_json(config)},
                 {"versions", {{"nadir", kVersion}, {"opencv", CV_VERSION}}}};
+  info.origin = reference::parse_origin(config.reference.origin);
   return info;
 }
 

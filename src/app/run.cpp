@@ -18,6 +18,7 @@
 #include "nadir/core/check.hpp"
 #include "page_assets.hpp"
 #include "service_manager.hpp"
+#include "variation.hpp"
 #include "verbs.hpp"
 #include "watch.hpp"
 
@@ -43,6 +44,7 @@ class Beginning {
 
   std::unique_ptr<serve::WebServer> open_page();
   std::optional<Shot> first_image(capture::CameraSource& cameras, Publisher& page);
+  Config with_variation(Publisher& page);
   std::unique_ptr<record::Dive> begin_dive(capture::CameraSource& cameras, Publisher& page);
 
   /// Told already, to be recorded with the dive.
@@ -99,6 +101,21 @@ std::optional<Shot> Beginning::first_image(capture::CameraSource& cameras, Publi
     if (captured->shot) return captured->shot;
   }
   return std::nullopt;
+}
+
+// Once images come: by then the clock may have been set.
+Config Beginning::with_variation(Publisher& page) {
+  Config config = config_;
+  const auto now = std::chrono::system_clock::now().time_since_epoch();
+  const auto variation = variation_by_model(config, std::chrono::nanoseconds(now).count());
+  if (!variation) return config;
+  config.sensors.magnetic_variation_deg = variation->degrees;
+  std::fprintf(stderr, "magnetic variation by the model: %+.1f degrees\n", variation->degrees);
+  if (std::optional<Alert> alert = variation->alert) {
+    alert->time = monotonic_now();
+    tell(*alert, page);
+  }
+  return config;
 }
 
 // Null when told to stop.
@@ -213,6 +230,7 @@ int run(const Run& live) {
   Publisher page(*server, "live", 0);
   std::optional<Shot> first = beginning.first_image(cameras, page);
   if (!first) return 0;
+  const Config mapping = beginning.with_variation(page);
   const auto dive = beginning.begin_dive(cameras, page);
   if (!dive) return 0;
 
@@ -222,7 +240,7 @@ int run(const Run& live) {
     return cameras.next(ending);
   };
   const auto note_speed = [&](double px_a_second) { cameras.note_speed(px_a_second); };
-  Graph graph(config, {Rate::Kind::live, 0},
+  Graph graph(mapping, {Rate::Kind::live, 0},
               {next, cameras.lasers(), note_speed, *dive, &page, progress});
   interrupt.on_interrupt([stop = graph.stop_source()]() mutable { stop.request_stop(); });
   supervise(graph, config, manager, graph.stop_source().get_token());

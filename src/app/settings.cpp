@@ -134,7 +134,8 @@ std::vector<Setting> make_settings() {
               "kg/m3, likewise; lakes and pools 1000"),
       setting("sensors.magnetic_variation_deg", &Config::sensors,
               &sensors::Config::magnetic_variation_deg,
-              "true minus magnetic north, east positive, while no sensor tells it"),
+              "true minus magnetic north, east positive, while no sensor tells it; 0 with "
+              "reference.origin: by the magnetic model"),
       setting("sensors.outputs", &Config::sensors, &sensors::Config::outputs,
               "where live poses and covered ground are sent, with spaces between: json, mavlink or "
               "nmea, then :udp:ADDRESS:PORT"),
@@ -185,6 +186,10 @@ std::vector<Setting> make_settings() {
               "or brighter"),
       setting("reference.attitude", &Config::reference, &reference::Config::attitude,
               "vertical and north from the AHRS where images have attitudes"),
+      setting("reference.origin", &Config::reference, &reference::Config::origin,
+              "\"LATITUDE LONGITUDE\" or \"LATITUDE LONGITUDE HEIGHT\" of the ground where the map "
+              "begins, WGS 84, decimal degrees, metres above the ellipsoid: with an AHRS the files "
+              "for GIS are UTM, and magnetic headings become true; empty: none"),
       setting("reference.stereo_matching_px", &Config::reference,
               &reference::Config::stereo_matching_px,
               "1 sigma of a disparity, for the sigma of the stereo scale"),

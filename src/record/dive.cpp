@@ -133,7 +133,7 @@ std::vector<Alert> Dive::State::make_files(const nlohmann::json& rates) {
   Ledger ledger = read_ledger(folder);
   const std::string auxiliary = auxiliary_xml(ledger);
   for (const auto& projected_facts : ledger.projected) {
-    settle(disk, folder, projected_facts.file, auxiliary, {});
+    settle(disk, folder, projected_facts.file, ledger.grid, auxiliary, {});
   }
   remove_leftovers(disk, folder);
   // Without projected images the tiles stay as they were made, and only their place is corrected.
@@ -215,7 +215,7 @@ Dive::Dive(const fs::path& folder, const DiveInfo& info, const Config& config, D
   config.check();
   state_ = std::make_unique<State>(disk, folder, config);
   state_->info = info;
-  require(state_->journal.append(RecordType::begin, encode_begin(info.about)), folder);
+  require(state_->journal.append(RecordType::begin, encode_begin(begin_facts(info))), folder);
 }
 
 Dive::~Dive() = default;

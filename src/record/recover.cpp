@@ -83,7 +83,7 @@ void settle_projected(Disk& disk, const path& dive, const Ledger& ledger, bool w
                       Recovery& recovery) {
   const std::string auxiliary = auxiliary_xml(ledger);
   for (const auto& [file, submap, plane] : ledger.projected) {
-    if (settle(disk, dive, file, auxiliary, {true, was_complete})) {
+    if (settle(disk, dive, file, ledger.grid, auxiliary, {true, was_complete})) {
       ++recovery.projected;
     } else {
       recovery.damaged.push_back("projected/" + padded(file.image, 6) + ".png");

@@ -8,6 +8,7 @@
 #include <filesystem>
 #include <memory>
 #include <nlohmann/json.hpp>
+#include <optional>
 #include <string>
 #include <utility>
 #include <vector>
@@ -15,6 +16,7 @@
 #include "nadir/core/cloud.hpp"
 #include "nadir/core/revision.hpp"
 #include "nadir/core/tile.hpp"
+#include "nadir/reference/geodetic.hpp"
 
 namespace nadir::record {
 
@@ -40,6 +42,9 @@ struct DiveInfo {
   nlohmann::json about = nlohmann::json::object();
   /// Copied into the survey folder of the originals: names and contents.
   std::vector<std::pair<std::string, std::string>> survey_files{};
+  /// Of the survey. Where the survey is in metres and its axes are by attitude, the files for GIS
+  /// are on the UTM grid around it; y is then the grid's north.
+  std::optional<reference::Geodetic> origin{};
 };
 
 /// All that was made of one shot, or (an orientation without a shot) after the last; any of

@@ -40,6 +40,7 @@ struct Pose {
   double position_sigma = 0, angle_sigma = 0;  ///< against the image before; 0: unknown
   bool metric = false;                         ///< survey units are metres
   bool north = false;                          ///< survey y is north and z is up
+  double convergence = 0;  ///< from true north to survey y, clockwise seen from above, radians
   std::optional<Position> geodetic;
 };
 
