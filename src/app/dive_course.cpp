@@ -47,10 +47,12 @@ nlohmann::json rates(const Graph& graph, std::chrono::steady_clock::time_point b
     return static_cast<double>(t.tv_sec) + 1e-6 * static_cast<double>(t.tv_usec);
   };
   const std::chrono::duration<double> wall = std::chrono::steady_clock::now() - begun;
-  return {{"stages", as_json(graph.stats())},
-          {"wall_s", wall.count()},
-          {"cpu_s", in_seconds(usage.ru_utime) + in_seconds(usage.ru_stime)},
-          {"peak_memory_mb", static_cast<double>(usage.ru_maxrss) / 1024}};
+  nlohmann::json json{{"stages", as_json(graph.stats())},
+                      {"wall_s", wall.count()},
+                      {"cpu_s", in_seconds(usage.ru_utime) + in_seconds(usage.ru_stime)},
+                      {"peak_memory_mb", static_cast<double>(usage.ru_maxrss) / 1024}};
+  if (const auto utc = graph.utc_offset()) json["utc_minus_time_by_sensors_s"] = seconds(*utc);
+  return json;
 }
 
 }  // namespace

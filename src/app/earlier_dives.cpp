@@ -59,11 +59,6 @@ bool has_journal(const fs::path& dive) {
   });
 }
 
-bool clock_is_set() {
-  timex state{};
-  return adjtimex(&state) != TIME_ERROR && (state.status & STA_UNSYNC) == 0;
-}
-
 std::string time_of_day() {
   const std::time_t now = std::time(nullptr);
   std::tm broken_down{};
@@ -115,6 +110,11 @@ void recover_all(const std::stop_token& stop, const std::vector<fs::path>& dives
 }
 
 }  // namespace
+
+bool clock_is_set() {
+  timex state{};
+  return adjtimex(&state) != TIME_ERROR && (state.status & STA_UNSYNC) == 0;
+}
 
 fs::path new_dive(const fs::path& dives) {
   std::uint32_t highest = 0;

@@ -142,8 +142,7 @@ Graph::Graph(const Config& config, Rate rate, Ends ends, std::optional<GivenPose
       page_alerts_(kDepth, WhenFull::wait, page_bell_),
       output_orientations_(kDepth, WhenFull::drop, output_bell_),
       output_clouds_(kDepth, WhenFull::drop, output_bell_) {
-  if (rate.kind == Rate::Kind::live && !config.sensors.outputs.empty())
-    outputs_.emplace(config);
+  if (rate.kind == Rate::Kind::live && !config.sensors.outputs.empty()) outputs_.emplace(config);
   start_stages();
 }
 

@@ -77,6 +77,9 @@ class Graph {
   /// Images dropped after the last that found room; after join().
   const Dropped& dropped_at_end() const { return dropped_; }
 
+  /// UTC minus the time of images, as sensors told it; after join().
+  std::optional<Time> utc_offset() const { return vehicle_.utc_offset(); }
+
   /// Of every stage, for dive.json and the page.
   std::vector<StageStats> stats() const;
   /// Gives up what it says, until told otherwise, and tells the diver. By one thread.

@@ -121,8 +121,14 @@ Config Beginning::with_variation(Publisher& page) {
 // Null when told to stop.
 std::unique_ptr<record::Dive> Beginning::begin_dive(capture::CameraSource& cameras,
                                                     Publisher& page) {
+  const Time to_utc =
+      std::chrono::nanoseconds(std::chrono::system_clock::now().time_since_epoch()).count() -
+      monotonic_now();
+  // Images are stamped by a clock that begins with the computer.
   const nlohmann::json input{{"camera", config_.capture.camera},
-                             {"camera_right", config_.capture.camera_right}};
+                             {"camera_right", config_.capture.camera_right},
+                             {"utc_minus_time_s", seconds(to_utc)},
+                             {"utc_is_set", clock_is_set()}};
   std::string told;
   do {
     try {
@@ -164,7 +170,7 @@ std::string in_words(const Graph& graph) {
 class DropRate {
  public:
   double observe(const std::vector<StageStats>& stages) {
-    constexpr std::size_t kSeconds = 5;
+    constexpr std::size_t kCalls = 10;
     Count count;
     for (const StageStats& stage : stages) {
       if (stage.stage == "outputs") continue;  // datagrams may be lost
@@ -172,7 +178,7 @@ class DropRate {
       if (stage.stage == "odometry") count.images = stage.processed + stage.dropped;
     }
     counts_.push_back(count);
-    if (counts_.size() > kSeconds + 1) counts_.pop_front();
+    if (counts_.size() > kCalls + 1) counts_.pop_front();
     const double images = static_cast<double>(count.images - counts_.front().images);
     return images > 0 ? static_cast<double>(count.dropped - counts_.front().dropped) / images : 0;
   }
@@ -181,7 +187,7 @@ class DropRate {
   struct Count {
     std::uint64_t images = 0, dropped = 0;
   };
-  std::deque<Count> counts_;  ///< one a second
+  std::deque<Count> counts_;  ///< two a second
 };
 
 // Until told to stop or a stage has ended by a fault. A stage that hangs cannot be ended: the
@@ -205,7 +211,7 @@ void supervise(Graph& graph, const Config& config, ServiceManager& manager,
     const Economy economy = ladder.observe(Watch::Clock::now(), load);
     graph.economise(economy, ladder.reason(), monotonic_now());
     manager.status(in_words(graph));
-    std::condition_variable_any().wait_for(lock, stop, 1s, [] { return false; });
+    std::condition_variable_any().wait_for(lock, stop, 500ms, [] { return false; });
   }
 }
 

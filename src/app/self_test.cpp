@@ -7,7 +7,6 @@
 #include <netinet/in.h>
 #include <poll.h>
 #include <sys/socket.h>
-#include <sys/timex.h>
 #include <unistd.h>
 
 #include <algorithm>
@@ -21,6 +20,7 @@
 #include <span>
 #include <thread>
 
+#include "earlier_dives.hpp"
 #include "nadir/capture/camera_source.hpp"
 #include "nadir/core/check.hpp"
 #include "nadir/odometry/visual_odometry.hpp"
@@ -192,9 +192,7 @@ std::vector<Finding> check_disk(const fs::path& dives) {
 }
 
 Finding check_clock() {
-  timex state{};
-  const bool set = adjtimex(&state) != TIME_ERROR && (state.status & STA_UNSYNC) == 0;
-  if (set) return {Verdict::good, "clock", "set by another"};
+  if (clock_is_set()) return {Verdict::good, "clock", "set by another"};
   return {Verdict::doubtful, "clock", "not set by another: dives are named by their number only",
           "none needed; a network, a receiver or an autopilot tells the time"};
 }
