@@ -76,21 +76,22 @@ void expect_placed(const path& raster, const reference::Geodetic& origin, int ep
   EXPECT_EQ(info["metadata"][""]["SCALE"], "metres, scale from the pair of cameras, sigma 0.100 %");
   const json corners = info["cornerCoordinates"];
   const json place = info["geoTransform"];
-  for (const auto& [name, right, down] : {std::tuple{"upperLeft", 0.0, 0.0},
-                                          {"lowerLeft", 0.0, 1.0},
-                                          {"lowerRight", 1.0, 1.0},
-                                          {"upperRight", 1.0, 0.0}}) {
+  const std::vector<std::tuple<const char*, double, double>> kCorners{
+      {"upperLeft", 0, 0}, {"lowerLeft", 0, 1}, {"lowerRight", 1, 1}, {"upperRight", 1, 0}};
+  std::ostringstream pixels;
+  for (const auto& [name, right, down] : kCorners) {
+    pixels << right * info["size"][0].get<double>() << ' ' << down * info["size"][1].get<double>()
+           << "\\n";
+  }
+  // The coordinate system as GDAL understands it.
+  std::istringstream geographic(output_of("printf '" + pixels.str() +
+                                          "' | gdaltransform -t_srs EPSG:4326 " + raster.string()));
+  for (const auto& [name, right, down] : kCorners) {
     const Exact exact(origin, x + right * width, y - down * height);
     EXPECT_NEAR(corners[name][0].get<double>(), exact.easting, kMillimetre) << name;
     EXPECT_NEAR(corners[name][1].get<double>(), exact.northing, kMillimetre) << name;
-    // The coordinate system as GDAL understands it.
-    const double column = right * info["size"][0].get<double>(),
-                 row = down * info["size"][1].get<double>();
-    std::istringstream geographic(
-        output_of("echo " + std::to_string(column) + ' ' + std::to_string(row) +
-                  " | gdaltransform -t_srs EPSG:4326 " + raster.string()));
-    double longitude = 0, latitude = 0;
-    ASSERT_TRUE(geographic >> longitude >> latitude) << geographic.str();
+    double longitude = 0, latitude = 0, elevation = 0;
+    ASSERT_TRUE(geographic >> longitude >> latitude >> elevation) << geographic.str();
     constexpr double kDegree_m = 111'320;
     EXPECT_NEAR(latitude, exact.latitude, kMillimetre / kDegree_m) << name;
     EXPECT_NEAR(longitude, exact.longitude, kMillimetre / kDegree_m) << name;

@@ -140,6 +140,31 @@ TEST(PoseOutput, SendsAnAutopilotWhatItCanSteerBy) {
   EXPECT_EQ(receiver.next(), "");
 }
 
+// The grid's north is 3 degrees east of true north: what is sent to others is by true north.
+TEST(PoseOutput, OfAMapOnAGridTellsTrueNorth) {
+  const Receiver receiver;
+  PoseOutput json_output(parse_outputs("json:udp:127.0.0.1:" + receiver.port()), 1);
+  PoseOutput mavlink_output(parse_outputs("mavlink:udp:127.0.0.1:" + receiver.port()), 1);
+  Pose pose = tilted_pose();
+  pose.convergence = 3 * kDegree;
+  pose.position = {0, 100, -3};
+  json_output.send(pose);
+  const json told = json::parse(receiver.next());
+  EXPECT_NEAR(told["heading_deg"].get<double>(), 33, 1e-9);
+  EXPECT_NEAR(told["roll_deg"].get<double>(), 5, 1e-9);
+  EXPECT_NEAR(told["grid_convergence_deg"].get<double>(), 3, 1e-9);
+  EXPECT_EQ(told["position"], json({0.0, 100.0, -3.0}));
+  mavlink_output.send(pose);
+  receiver.next();  // the heartbeat
+  const std::string vision = receiver.next();
+  constexpr std::size_t kHeader = 10;
+  ASSERT_GT(vision.size(), kHeader + 32);
+  const std::array expected{100 * std::cos(3 * kDegree), 100 * std::sin(3 * kDegree), 3.0,
+                            5 * kDegree, 10 * kDegree, 33 * kDegree};
+  for (std::size_t i = 0; i < expected.size(); ++i)
+    EXPECT_NEAR(float_at(vision, kHeader + 8 + 4 * i), expected.at(i), 1e-5) << i;
+}
+
 TEST(PoseOutput, SendsSentencesThatChartsRead) {
   const Receiver receiver;
   PoseOutput output(parse_outputs("nmea:udp:127.0.0.1:" + receiver.port()), 1);
