@@ -13,6 +13,7 @@ find_package(tomlplusplus 3.3 REQUIRED)                # app
 find_package(yaml-cpp 0.7 REQUIRED)                   # calibration
 find_package(pugixml 1.13 REQUIRED)                   # calibration
 find_package(PkgConfig REQUIRED)
+pkg_check_modules(geographiclib REQUIRED IMPORTED_TARGET geographiclib>=2.1)  # reference
 pkg_check_modules(turbojpeg REQUIRED IMPORTED_TARGET libturbojpeg)      # image_io
 pkg_check_modules(deflate REQUIRED IMPORTED_TARGET libdeflate)          # image_io, record
 pkg_check_modules(systemd REQUIRED IMPORTED_TARGET libsystemd)          # app

@@ -1,9 +1,7 @@
 # SPDX-FileCopyrightText: nadir contributors
 # SPDX-License-Identifier: Apache-2.0
 # Cross build for 64-bit Raspberry Pi OS or Debian 12 arm64 with Debian's g++-aarch64-linux-gnu.
-# NADIR_SYSROOT: a Debian 12 arm64 tree holding the packages that ./dev installs, for instance
-#   mmdebstrap --variant=extract --architectures=arm64 --include=PACKAGES bookworm SYSROOT
-# with its absolute symlinks made relative.
+# NADIR_SYSROOT: a Debian 12 arm64 tree, as toolchains/sysroot makes it. Tests run in it, emulated; `./dev deb arm64` does all of this.
 set(CMAKE_SYSTEM_NAME Linux)
 set(CMAKE_SYSTEM_PROCESSOR aarch64)
 set(CMAKE_C_COMPILER aarch64-linux-gnu-gcc)
@@ -17,6 +15,7 @@ if(NOT IS_DIRECTORY "${NADIR_SYSROOT}")
   message(FATAL_ERROR "set NADIR_SYSROOT to a Debian 12 arm64 tree (see ${CMAKE_CURRENT_LIST_FILE}); '${NADIR_SYSROOT}' is none")
 endif()
 set(CMAKE_SYSROOT ${NADIR_SYSROOT})
+set(CMAKE_CROSSCOMPILING_EMULATOR qemu-aarch64-static -L ${NADIR_SYSROOT})
 set(CMAKE_LIBRARY_ARCHITECTURE aarch64-linux-gnu)
 set(CMAKE_FIND_ROOT_PATH_MODE_PROGRAM NEVER)
 set(CMAKE_FIND_ROOT_PATH_MODE_LIBRARY ONLY)

@@ -47,10 +47,12 @@ nlohmann::json rates(const Graph& graph, std::chrono::steady_clock::time_point b
     return static_cast<double>(t.tv_sec) + 1e-6 * static_cast<double>(t.tv_usec);
   };
   const std::chrono::duration<double> wall = std::chrono::steady_clock::now() - begun;
-  return {{"stages", as_json(graph.stats())},
-          {"wall_s", wall.count()},
-          {"cpu_s", in_seconds(usage.ru_utime) + in_seconds(usage.ru_stime)},
-          {"peak_memory_mb", static_cast<double>(usage.ru_maxrss) / 1024}};
+  nlohmann::json json{{"stages", as_json(graph.stats())},
+                      {"wall_s", wall.count()},
+                      {"cpu_s", in_seconds(usage.ru_utime) + in_seconds(usage.ru_stime)},
+                      {"peak_memory_mb", static_cast<double>(usage.ru_maxrss) / 1024}};
+  if (const auto utc = graph.utc_offset()) json["utc_minus_time_by_sensors_s"] = seconds(*utc);
+  return json;
 }
 
 }  // namespace
@@ -61,6 +63,7 @@ record::DiveInfo dive_info(nlohmann::json input, const std::string& engine, cons
                 {"engine", engine},
                 {"configuration", as_json(config)},
                 {"versions", {{"nadir", kVersion}, {"opencv", CV_VERSION}}}};
+  info.origin = reference::parse_origin(config.reference.origin);
   return info;
 }
 
@@ -75,8 +78,7 @@ int finish_dive(const EndOfDive& end) {
     end.dive.add(alert);
     tell(alert);
   }
-  const std::vector<Alert> unwritten =
-      end.dive.finish(rates(end.graph, end.begun), dropped.images);
+  const std::vector<Alert> unwritten = end.dive.finish(rates(end.graph, end.begun), dropped.images);
   for (const Alert& alert : unwritten) tell(alert);
   end.progress.finish();
   if (fault) std::rethrow_exception(fault);

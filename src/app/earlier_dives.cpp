@@ -59,11 +59,6 @@ bool has_journal(const fs::path& dive) {
   });
 }
 
-bool clock_is_set() {
-  timex state{};
-  return adjtimex(&state) != TIME_ERROR && (state.status & STA_UNSYNC) == 0;
-}
-
 std::string time_of_day() {
   const std::time_t now = std::time(nullptr);
   std::tm broken_down{};
@@ -83,13 +78,13 @@ std::optional<pid_t> start_recovery(const fs::path& dive) {
   posix_spawnattr_setsigmask(&attributes, &none);
   posix_spawnattr_setsigdefault(&attributes, &all);
   posix_spawnattr_setpgroup(&attributes, 0);  // a Ctrl-C is for us
-  posix_spawnattr_setflags(&attributes, POSIX_SPAWN_SETSIGMASK | POSIX_SPAWN_SETSIGDEF |
-                                            POSIX_SPAWN_SETPGROUP);
+  posix_spawnattr_setflags(&attributes,
+                           POSIX_SPAWN_SETSIGMASK | POSIX_SPAWN_SETSIGDEF | POSIX_SPAWN_SETPGROUP);
   std::string program = "nadir", verb = "recover", folder = dive.string();
   std::array<char*, 4> arguments{program.data(), verb.data(), folder.data(), nullptr};
   pid_t process = 0;
-  const int error = posix_spawn(&process, "/proc/self/exe", nullptr, &attributes, arguments.data(),
-                                environ);
+  const int error =
+      posix_spawn(&process, "/proc/self/exe", nullptr, &attributes, arguments.data(), environ);
   posix_spawnattr_destroy(&attributes);
   if (error != 0) {
     std::fprintf(stderr, "%s: recovery could not be started: %s\n", folder.c_str(),
@@ -116,6 +111,11 @@ void recover_all(const std::stop_token& stop, const std::vector<fs::path>& dives
 
 }  // namespace
 
+bool clock_is_set() {
+  timex state{};
+  return adjtimex(&state) != TIME_ERROR && (state.status & STA_UNSYNC) == 0;
+}
+
 fs::path new_dive(const fs::path& dives) {
   std::uint32_t highest = 0;
   for (const fs::path& folder : folders_in(dives))
@@ -135,8 +135,7 @@ std::vector<fs::path> unfinished_dives(const fs::path& dives) {
 }
 
 Recoveries::Recoveries(std::vector<fs::path> dives)
-    : thread_([dives = std::move(dives)](const std::stop_token& stop) {
-        recover_all(stop, dives);
-      }) {}
+    : thread_(
+          [dives = std::move(dives)](const std::stop_token& stop) { recover_all(stop, dives); }) {}
 
 }  // namespace nadir::app

@@ -14,6 +14,9 @@ namespace nadir::app {
 /// set by another (a small computer's own begins anywhere): "dive-0042-20261129-190402".
 std::filesystem::path new_dive(const std::filesystem::path& dives);
 
+/// Whether the time of day is known: by a network or another, not just counted on since the start.
+bool clock_is_set();
+
 /// Dives that have a journal but were not finished, oldest first.
 std::vector<std::filesystem::path> unfinished_dives(const std::filesystem::path& dives);
 

@@ -2,8 +2,13 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "graph.hpp"
 
+#include <pthread.h>
+#include <sched.h>
+
 #include <algorithm>
 #include <condition_variable>
+#include <cstdio>
+#include <cstring>
 #include <mutex>
 
 #include "nadir/core/check.hpp"
@@ -123,6 +128,7 @@ Graph::Graph(const Config& config, Rate rate, Ends ends, std::optional<GivenPose
       shots_(rate.kind == Rate::Kind::live ? kLiveDepth : kDepth, when_full(rate), odometry_bell_),
       capture_alerts_(kAlertDepth, WhenFull::drop, record_bell_),
       sensor_alerts_(kAlertDepth, WhenFull::drop, record_bell_),
+      load_alerts_(kAlertDepth, WhenFull::drop, record_bell_),
       orientations_(kDepth, when_full(rate)),
       recorded_orientations_(kRecordDepth, WhenFull::wait, record_bell_),
       page_orientations_(kDepth, WhenFull::wait, page_bell_),
@@ -141,8 +147,7 @@ Graph::Graph(const Config& config, Rate rate, Ends ends, std::optional<GivenPose
       page_alerts_(kDepth, WhenFull::wait, page_bell_),
       output_orientations_(kDepth, WhenFull::drop, output_bell_),
       output_clouds_(kDepth, WhenFull::drop, output_bell_) {
-  if (rate.kind == Rate::Kind::live && !config.sensors.outputs.empty())
-    outputs_.emplace(config.sensors);
+  if (rate.kind == Rate::Kind::live && !config.sensors.outputs.empty()) outputs_.emplace(config);
   start_stages();
 }
 
@@ -184,7 +189,8 @@ void Graph::start_stages() {
     outputs_stage_ = std::make_unique<Stage>(
         "outputs",
         std::vector{
-            feed(output_orientations_, [this](const Shared<Orientation>& o) { outputs_->process(*o); }),
+            feed(output_orientations_,
+                 [this](const Shared<Orientation>& o) { outputs_->process(*o); }),
             feed(output_clouds_, [this](const Shared<Cloud>& c) { outputs_->process(*c); })},
         [] {});
   }
@@ -196,9 +202,9 @@ void Graph::start_stages() {
   record_ = std::make_unique<Stage>(
       "record",
       std::vector{feed(capture_alerts_, announce), feed(sensor_alerts_, announce),
-                  feed(recorded_orientations_, assemble), feed(recorded_surfaces_, assemble),
-                  feed(recorded_clouds_, assemble), feed(recorded_mosaics_, assemble),
-                  feed(recorded_revisions_, assemble)},
+                  feed(load_alerts_, announce), feed(recorded_orientations_, assemble),
+                  feed(recorded_surfaces_, assemble), feed(recorded_clouds_, assemble),
+                  feed(recorded_mosaics_, assemble), feed(recorded_revisions_, assemble)},
       [this] { page_alerts_.close(); }, [this] { assembler_.finish(); });
   revisiting_ = std::make_unique<Stage>(
       "revisit",
@@ -258,7 +264,8 @@ void Graph::start_stages() {
   if (sensor_inputs_.empty()) {
     close_sensors();
   } else {
-    sensors_ = std::make_unique<Stage>("sensors", [this] { return listen(); }, close_sensors);
+    sensors_ = std::make_unique<Stage>(
+        "sensors", [this] { return listen(); }, close_sensors);
   }
   started_ = true;
 }
@@ -270,6 +277,7 @@ Graph::~Graph() {
 
 bool Graph::capture_one() {
   if (stop_.stop_requested()) return false;
+  if (rate_.kind == Rate::Kind::live && !std::exchange(prioritised_, true)) prioritise_capture();
   std::optional<capture::Captured> captured = ends_.capture(stop_.get_token());
   if (!captured) return false;
   for (const Alert& alert : captured->alerts)
@@ -278,6 +286,16 @@ bool Graph::capture_one() {
   if (!wait_for(*captured->shot)) return false;
   pass_on(*std::move(captured->shot));
   return true;
+}
+
+// A camera's few buffers must not overflow while everything else computes.
+void Graph::prioritise_capture() {
+  constexpr int kUrgent = 10;  // of 1 to 99
+  const sched_param priority{kUrgent};
+  const int error = pthread_setschedparam(pthread_self(), SCHED_FIFO, &priority);
+  if (error == 0) return;
+  std::fprintf(stderr, "load: images are taken without priority (%s); nadir.service has it\n",
+               std::strerror(error));
 }
 
 void Graph::pass_on(Shot shot) {
@@ -336,6 +354,10 @@ void Graph::orient(Shared<Shot> shot) {
 }
 
 void Graph::pass_on(Orientation orientation) {
+  if (ends_.note_speed) {
+    // Without a map the light alone decides.
+    ends_.note_speed(image_speed_.observe(orientation).value_or(0));
+  }
   std::vector<Alert> conflicts = survey_.observe(orientation);
   std::ranges::move(conflicts, std::back_inserter(orientation.alerts));
   orientation.dead_reckoned = survey_.dead_reckon(orientation);
@@ -369,13 +391,17 @@ void Graph::fit(Shared<Orientation> orientation) {
 }
 
 void Graph::project(Shared<Surface> surface) {
-  const auto message = std::make_shared<const Cloud>(projection_.process(std::move(surface)));
+  constexpr std::uint64_t kOneOf = 4;
+  const bool passed_over = economy_ >= Economy::projection && surfaces_projected_++ % kOneOf != 0;
+  const auto message = std::make_shared<const Cloud>(
+      passed_over ? Cloud{std::move(surface), {}, {}} : projection_.process(std::move(surface)));
   recorded_clouds_.push(message);
   to_page(page_clouds_, message);
   if (outputs_) output_clouds_.push(message);
 }
 
 void Graph::stitch(Shared<Surface> surface) {
+  mosaicker_.coarsen(economy_ >= Economy::mosaic ? 2 : 1);
   const auto message = std::make_shared<const MosaicUpdate>(mosaicker_.process(std::move(surface)));
   recorded_mosaics_.push(message);
   to_page(page_mosaics_, message);
@@ -396,6 +422,14 @@ void Graph::write(const record::Entry& entry) {
 void Graph::tell(const Alert& alert) {
   ends_.progress.add(alert);
   to_page(page_alerts_, std::make_shared<const Alert>(alert));
+}
+
+void Graph::economise(Economy economy, const std::string& reason, Time now) {
+  if (economy_.exchange(economy) == economy) return;
+  if (ends_.page) ends_.page->slow_down(economy >= Economy::live_image);
+  load_alerts_.push(std::make_shared<const Alert>(Alert{now, std::nullopt, AlertKind::load,
+                                                        reason + ": " + in_words(economy),
+                                                        "images and poses are recorded as ever"}));
 }
 
 void Graph::publish_statistics() {
@@ -425,6 +459,7 @@ bool Graph::wait_for(const Shot& shot) {
 }
 
 std::exception_ptr Graph::join() {
+  load_alerts_.close();  // of the caller's thread, which has no more to tell
   std::exception_ptr fault;
   for (const auto* stage : {&capture_, &orienting_, &fitting_, &projecting_, &stitching_,
                             &revisiting_, &record_, &page_, &outputs_stage_, &sensors_}) {

@@ -23,6 +23,8 @@
 
 #include "assembler.hpp"
 #include "config.hpp"
+#include "image_speed.hpp"
+#include "ladder.hpp"
 #include "nadir/odometry/posed_images.hpp"
 #include "nadir/pipeline/channel.hpp"
 #include "nadir/pipeline/stage.hpp"
@@ -54,6 +56,7 @@ class Graph {
     /// Waits for an image, a second at most; none at the end, or when told to stop.
     std::function<std::optional<capture::Captured>(const std::stop_token&)> capture;
     const std::optional<calibration::Lasers>& lasers;
+    std::function<void(double)> note_speed;  ///< of images, see ImageSpeed; may be empty
     record::Dive& dive;
     Publisher* page;
     Progress& progress;
@@ -74,8 +77,14 @@ class Graph {
   /// Images dropped after the last that found room; after join().
   const Dropped& dropped_at_end() const { return dropped_; }
 
+  /// UTC minus the time of images, as sensors told it; after join().
+  std::optional<Time> utc_offset() const { return vehicle_.utc_offset(); }
+
   /// Of every stage, for dive.json and the page.
   std::vector<StageStats> stats() const;
+  /// Gives up what it says, until told otherwise, and tells the diver. By one thread.
+  void economise(Economy economy, const std::string& reason, Time now);
+
   /// Of every stage but sensors, which waits for devices that may hang.
   std::vector<pipeline::StageActivity> activities() const;
 
@@ -92,6 +101,7 @@ class Graph {
   template <class T, class Process>
   pipeline::Input feed(Channel<T>& channel, Process process);
   bool capture_one();
+  void prioritise_capture();
   void pass_on(Shot shot);
   bool listen();
   void hear(const sensors::Heard& heard);
@@ -123,6 +133,7 @@ class Graph {
   mosaic2d::Mosaicker mosaicker_;
   projection3d::PlaneProjection projection_;
   revisit::Revisit revisit_;
+  ImageSpeed image_speed_;
   std::optional<Outputs> outputs_;  ///< of live images, when any are configured
   Assembler assembler_;
 
@@ -133,6 +144,9 @@ class Graph {
   Dropped dropped_;
   std::uint32_t windows_skipped_ = 0, surfaces_skipped_ = 0;
 
+  std::atomic<Economy> economy_ = Economy::none;
+  std::uint64_t surfaces_projected_ = 0;
+  bool prioritised_ = false;  ///< the capture thread, or it was tried
   std::stop_source stop_;
   std::atomic<bool> started_ = false;  ///< every stage exists
 
@@ -142,7 +156,7 @@ class Graph {
        page_bell_ = std::make_shared<pipeline::Bell>();
   Channel<sensors::Heard> readings_;
   Channel<Shot> shots_;
-  Channel<Alert> capture_alerts_, sensor_alerts_;
+  Channel<Alert> capture_alerts_, sensor_alerts_, load_alerts_;
   Channel<Orientation> orientations_, recorded_orientations_, page_orientations_;
   Channel<Surface> projection_surfaces_, mosaic_surfaces_, recorded_surfaces_, page_surfaces_;
   Channel<Cloud> recorded_clouds_, page_clouds_;
@@ -153,8 +167,8 @@ class Graph {
   Channel<Orientation> output_orientations_;
   Channel<Cloud> output_clouds_;
 
-  std::unique_ptr<pipeline::Stage> outputs_stage_, page_, record_, revisiting_, stitching_, projecting_, fitting_,
-      orienting_, capture_, sensors_;
+  std::unique_ptr<pipeline::Stage> outputs_stage_, page_, record_, revisiting_, stitching_,
+      projecting_, fitting_, orienting_, capture_, sensors_;
 };
 
 }  // namespace nadir::app

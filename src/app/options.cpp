@@ -147,8 +147,8 @@ Command parse_command_line(int argc, const char* const* argv) {
   add_settings(app, dump.settings);
   auto* run_verb = app.add_subcommand("run", "map what the cameras see, until told to stop");
   describe_run(*run_verb, live, address);
-  auto* doctor_verb = app.add_subcommand(
-      "doctor", "test cameras, sensors, disk, clock and page before a dive");
+  auto* doctor_verb =
+      app.add_subcommand("doctor", "test cameras, sensors, disk, clock and page before a dive");
   add_settings(*doctor_verb, doctor.settings);
   doctor_verb->footer("Exit status 0 when a dive can be mapped, 1 when something is bad.");
   auto* replay_verb =
@@ -166,13 +166,15 @@ Command parse_command_line(int argc, const char* const* argv) {
   std::string topic;
   auto* help_verb = app.add_subcommand("help", "explain a verb");
   help_verb->add_option("VERB", topic)
-      ->check(CLI::IsMember({"run", "doctor", "replay", "simulate", "recover", "check-calibration", "help"}));
+      ->check(CLI::IsMember(
+          {"run", "doctor", "replay", "simulate", "recover", "check-calibration", "help"}));
   app.require_subcommand(0, 1);
 
   try {
     app.parse(argc, argv);
     if (!dump_config && app.get_subcommands().empty()) {
-      throw CLI::RequiredError("a verb: run, doctor, replay, simulate, recover, check-calibration or help");
+      throw CLI::RequiredError(
+          "a verb: run, doctor, replay, simulate, recover, check-calibration or help");
     }
     if (!dump_config && (dump.settings.file || !dump.settings.assignments.empty())) {
       throw CLI::ValidationError("--config and --set stand behind the verb");

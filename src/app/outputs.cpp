@@ -37,8 +37,10 @@ std::optional<sensors::Pose> pose_of(const Orientation& orientation) {
 
 }  // namespace
 
-Outputs::Outputs(const sensors::Config& config)
-    : output_(sensors::parse_outputs(config.outputs), config.mavlink_system) {}
+Outputs::Outputs(const Config& config)
+    : output_(sensors::parse_outputs(config.sensors.outputs), config.sensors.mavlink_system) {
+  if (const auto origin = reference::parse_origin(config.reference.origin)) grid_.emplace(*origin);
+}
 
 void Outputs::process(const Orientation& orientation) {
   if (orientation.window) scale_ = orientation.window->scale;
@@ -49,6 +51,11 @@ void Outputs::process(const Orientation& orientation) {
   if (!pose) return;
   pose->metric = scale_.source != ScaleSource::none;
   pose->north = axes_ == SurveyAxes::attitude;
+  if (grid_ && pose->north) pose->convergence = grid_->convergence();
+  if (grid_ && pose->north && pose->metric) {
+    if (const auto place = grid_->geodetic(pose->position))
+      pose->geodetic = sensors::Position{place->latitude_deg, place->longitude_deg, {}};
+  }
   output_.send(*pose);
 }
 

@@ -5,16 +5,17 @@
 
 #include <optional>
 
+#include "config.hpp"
 #include "nadir/core/cloud.hpp"
 #include "nadir/mosaic2d/coverage.hpp"
+#include "nadir/reference/geodetic.hpp"
 #include "nadir/sensors/pose_output.hpp"
-#include "nadir/sensors/vehicle_state.hpp"
 
 namespace nadir::app {
 
 class Outputs {
  public:
-  explicit Outputs(const sensors::Config& config);
+  explicit Outputs(const Config& config);
 
   /// Sends the pose of the shot's image, if it has one.
   void process(const Orientation& orientation);
@@ -24,6 +25,7 @@ class Outputs {
  private:
   sensors::PoseOutput output_;
   mosaic2d::Coverage coverage_;
+  std::optional<reference::UtmGrid> grid_;  ///< with reference.origin
   Scale scale_;
   SurveyAxes axes_ = SurveyAxes::none;
   std::optional<Time> outlined_;

@@ -15,6 +15,7 @@ namespace {
 constexpr int kLiveWidth = 640;  // px; a tablet shows the live image in a corner
 constexpr int kLiveQuality = 75;
 constexpr auto kLivePeriod = std::chrono::milliseconds(100);  // machine.md: image 10 Hz
+constexpr auto kSlowLivePeriod = std::chrono::milliseconds(500);
 constexpr auto kRatePeriod = std::chrono::seconds(10);
 constexpr int kGridQuality = 85;  // 150 x 100 cells: 5 to 8 kB, of at most 10 kB an image
 constexpr int kTileQuality = 92;  // within 8 grey levels of the mosaic file
@@ -103,7 +104,7 @@ void Publisher::send_live_image(const Frame& frame) {
   if (!camera_sent_) send(serve::Lane::state, camera_info(frame.rig->left));
   camera_sent_ = true;
   const Clock::time_point now = Clock::now();
-  if (now - live_sent_ < kLivePeriod) return;
+  if (now - live_sent_ < (slow_ ? kSlowLivePeriod : kLivePeriod)) return;
   live_sent_ = now;
   cv::Mat small = frame.colour;
   if (frame.colour.cols > kLiveWidth) {

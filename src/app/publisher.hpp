@@ -3,6 +3,7 @@
 // Turns what the stages make into records of the browser protocol and hands them to the server.
 #pragma once
 
+#include <atomic>
 #include <chrono>
 #include <deque>
 #include <map>
@@ -26,6 +27,8 @@ class Publisher {
   Publisher(serve::WebServer& server, std::string input, std::uint64_t images_total);
 
   void publish(const Orientation& orientation);
+  /// From the next live image on. Any thread.
+  void slow_down(bool slow) { slow_ = slow; }
   void publish(const Surface& surface);
   void publish(const Cloud& cloud);
   void publish(const MosaicUpdate& mosaic);
@@ -66,6 +69,7 @@ class Publisher {
   std::uint64_t alerts_ = 0;
   bool camera_sent_ = false;
   Clock::time_point live_sent_{};
+  std::atomic<bool> slow_ = false;
   std::deque<std::pair<Clock::time_point, std::uint64_t>> recent_;  ///< images captured by then
 };
 

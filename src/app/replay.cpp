@@ -67,7 +67,8 @@ int run(const Replay& replay) {
     return shot ? std::optional(capture::Captured{std::move(shot), {}}) : std::nullopt;
   };
   Graph graph(config, replay.rate,
-              {next, source.lasers(), dive, page ? &*page : nullptr, progress}, std::move(poses));
+              {next, source.lasers(), {}, dive, page ? &*page : nullptr, progress},
+              std::move(poses));
   interrupt.on_interrupt([stop = graph.stop_source()]() mutable { stop.request_stop(); });
   const int status = finish_dive({graph, dive, page ? &*page : nullptr, progress, begun});
   if (server && replay.keep_serving) interrupt.wait();

@@ -4,6 +4,7 @@
 #include <chrono>
 #include <condition_variable>
 #include <cstdio>
+#include <deque>
 #include <memory>
 #include <mutex>
 #include <opencv2/core/utility.hpp>
@@ -17,6 +18,7 @@
 #include "nadir/core/check.hpp"
 #include "page_assets.hpp"
 #include "service_manager.hpp"
+#include "variation.hpp"
 #include "verbs.hpp"
 #include "watch.hpp"
 
@@ -24,6 +26,10 @@ namespace nadir::app {
 namespace {
 
 using namespace std::chrono_literals;
+
+Time monotonic_now() {
+  return std::chrono::nanoseconds(Watch::Clock::now().time_since_epoch()).count();
+}
 
 void log(const Alert& alert) {
   std::fprintf(stderr, "%s: %s; %s\n", std::string(to_string(alert.kind)).c_str(),
@@ -38,6 +44,7 @@ class Beginning {
 
   std::unique_ptr<serve::WebServer> open_page();
   std::optional<Shot> first_image(capture::CameraSource& cameras, Publisher& page);
+  Config with_variation(Publisher& page);
   std::unique_ptr<record::Dive> begin_dive(capture::CameraSource& cameras, Publisher& page);
 
   /// Told already, to be recorded with the dive.
@@ -96,24 +103,45 @@ std::optional<Shot> Beginning::first_image(capture::CameraSource& cameras, Publi
   return std::nullopt;
 }
 
+// Once images come: by then the clock may have been set.
+Config Beginning::with_variation(Publisher& page) {
+  Config config = config_;
+  const auto now = std::chrono::system_clock::now().time_since_epoch();
+  const auto variation = variation_by_model(config, std::chrono::nanoseconds(now).count());
+  if (!variation) return config;
+  config.sensors.magnetic_variation_deg = variation->degrees;
+  std::fprintf(stderr, "magnetic variation by the model: %+.1f degrees\n", variation->degrees);
+  if (std::optional<Alert> alert = variation->alert) {
+    alert->time = monotonic_now();
+    tell(*alert, page);
+  }
+  return config;
+}
+
 // Null when told to stop.
 std::unique_ptr<record::Dive> Beginning::begin_dive(capture::CameraSource& cameras,
                                                     Publisher& page) {
+  const Time to_utc =
+      std::chrono::nanoseconds(std::chrono::system_clock::now().time_since_epoch()).count() -
+      monotonic_now();
+  // Images are stamped by a clock that begins with the computer.
   const nlohmann::json input{{"camera", config_.capture.camera},
-                             {"camera_right", config_.capture.camera_right}};
+                             {"camera_right", config_.capture.camera_right},
+                             {"utc_minus_time_s", seconds(to_utc)},
+                             {"utc_is_set", clock_is_set()}};
   std::string told;
   do {
     try {
       const auto folder = new_dive(config_.record.dives);
-      auto dive = std::make_unique<record::Dive>(folder, dive_info(input, "odometry", config_),
-                                                 config_.record);
+      record::DiveInfo info = dive_info(input, "odometry", config_);
+      info.survey_files = capture::calibration_files(config_.capture);
+      auto dive = std::make_unique<record::Dive>(folder, info, config_.record);
       std::fprintf(stderr, "the dive: %s\n", folder.c_str());
       for (const Alert& alert : alerts_) dive->add(alert);
       return dive;
     } catch (const InputError& error) {
-      const Time now = std::chrono::nanoseconds(Watch::Clock::now().time_since_epoch()).count();
       if (std::exchange(told, error.what()) != error.what()) {
-        tell({now, std::nullopt, AlertKind::storage, error.what(),
+        tell({monotonic_now(), std::nullopt, AlertKind::storage, error.what(),
               "mapping begins by itself as soon as it can be recorded"},
              page);
       }
@@ -138,10 +166,37 @@ std::string in_words(const Graph& graph) {
   return text;
 }
 
+/// Of what came to the stages in the last seconds, the part that found no room.
+class DropRate {
+ public:
+  double observe(const std::vector<StageStats>& stages) {
+    constexpr std::size_t kCalls = 10;
+    Count count;
+    for (const StageStats& stage : stages) {
+      if (stage.stage == "outputs") continue;  // datagrams may be lost
+      count.dropped += stage.dropped;
+      if (stage.stage == "odometry") count.images = stage.processed + stage.dropped;
+    }
+    counts_.push_back(count);
+    if (counts_.size() > kCalls + 1) counts_.pop_front();
+    const double images = static_cast<double>(count.images - counts_.front().images);
+    return images > 0 ? static_cast<double>(count.dropped - counts_.front().dropped) / images : 0;
+  }
+
+ private:
+  struct Count {
+    std::uint64_t images = 0, dropped = 0;
+  };
+  std::deque<Count> counts_;  ///< two a second
+};
+
 // Until told to stop or a stage has ended by a fault. A stage that hangs cannot be ended: the
 // process has to be, and the journal is whole at any instant.
-void supervise(const Graph& graph, ServiceManager& manager, const std::stop_token& stop) {
+void supervise(Graph& graph, const Config& config, ServiceManager& manager,
+               const std::stop_token& stop) {
   Watch watch;
+  Ladder ladder;
+  DropRate drop_rate;
   std::mutex alone;
   std::unique_lock lock(alone);
   while (!stop.stop_requested()) {
@@ -151,8 +206,12 @@ void supervise(const Graph& graph, ServiceManager& manager, const std::stop_toke
       std::_Exit(1);
     }
     manager.feed_watchdog();
+    Load load = board_load("/sys", config.record.dives);
+    load.dropped = drop_rate.observe(graph.stats());
+    const Economy economy = ladder.observe(Watch::Clock::now(), load);
+    graph.economise(economy, ladder.reason(), monotonic_now());
     manager.status(in_words(graph));
-    std::condition_variable_any().wait_for(lock, stop, 1s, [] { return false; });
+    std::condition_variable_any().wait_for(lock, stop, 500ms, [] { return false; });
   }
 }
 
@@ -166,7 +225,7 @@ int run(const Run& live) {
   std::stop_source stop;
   interrupt.on_interrupt([stop]() mutable { stop.request_stop(); });
   const auto begun = Watch::Clock::now();
-  capture::CameraSource cameras(config.capture);
+  capture::CameraSource cameras(config.capture, config.record.originals != record::Originals::none);
 
   Beginning beginning(config, manager, stop.get_token());
   const auto server = beginning.open_page();
@@ -177,6 +236,7 @@ int run(const Run& live) {
   Publisher page(*server, "live", 0);
   std::optional<Shot> first = beginning.first_image(cameras, page);
   if (!first) return 0;
+  const Config mapping = beginning.with_variation(page);
   const auto dive = beginning.begin_dive(cameras, page);
   if (!dive) return 0;
 
@@ -185,9 +245,11 @@ int run(const Run& live) {
     if (first) return capture::Captured{std::exchange(first, std::nullopt), {}};
     return cameras.next(ending);
   };
-  Graph graph(config, {Rate::Kind::live, 0}, {next, cameras.lasers(), *dive, &page, progress});
+  const auto note_speed = [&](double px_a_second) { cameras.note_speed(px_a_second); };
+  Graph graph(mapping, {Rate::Kind::live, 0},
+              {next, cameras.lasers(), note_speed, *dive, &page, progress});
   interrupt.on_interrupt([stop = graph.stop_source()]() mutable { stop.request_stop(); });
-  supervise(graph, manager, graph.stop_source().get_token());
+  supervise(graph, config, manager, graph.stop_source().get_token());
   manager.stopping();
   // The files of a long dive take their time.
   const std::jthread alive([&](const std::stop_token& done) {

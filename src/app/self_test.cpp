@@ -7,7 +7,6 @@
 #include <netinet/in.h>
 #include <poll.h>
 #include <sys/socket.h>
-#include <sys/timex.h>
 #include <unistd.h>
 
 #include <algorithm>
@@ -21,6 +20,7 @@
 #include <span>
 #include <thread>
 
+#include "earlier_dives.hpp"
 #include "nadir/capture/camera_source.hpp"
 #include "nadir/core/check.hpp"
 #include "nadir/odometry/visual_odometry.hpp"
@@ -122,16 +122,16 @@ Finding camera_finding(const Seen& seen, double wanted_hz) {
 // What odometry makes of them: it knows when an image is too dark or blurred, and when a pair is
 // none.
 void judge_images(const Config& config, const Seen& seen, std::vector<Finding>& findings) {
-  odometry::VisualOdometry odometry(
-      config.odometry, [](const Window&, const auto&) { return SubmapPlacement(); });
+  odometry::VisualOdometry odometry(config.odometry,
+                                    [](const Window&, const auto&) { return SubmapPlacement(); });
   std::map<std::string, Alert> suspicions;
   Health health;  // of the last: the camera's own exposure and focus settle within some images
   for (const Shot& shot : seen.shots) {
     const Orientation orientation = odometry.process(std::make_shared<const Shot>(shot));
     health = orientation.health;
     for (const Alert& alert : orientation.alerts) {
-      const bool about_pair = alert.kind == AlertKind::calibration_suspect ||
-                              alert.kind == AlertKind::stereo_skew;
+      const bool about_pair =
+          alert.kind == AlertKind::calibration_suspect || alert.kind == AlertKind::stereo_skew;
       if (about_pair) suspicions.emplace(alert.message, alert);
     }
   }
@@ -192,9 +192,7 @@ std::vector<Finding> check_disk(const fs::path& dives) {
 }
 
 Finding check_clock() {
-  timex state{};
-  const bool set = adjtimex(&state) != TIME_ERROR && (state.status & STA_UNSYNC) == 0;
-  if (set) return {Verdict::good, "clock", "set by another"};
+  if (clock_is_set()) return {Verdict::good, "clock", "set by another"};
   return {Verdict::doubtful, "clock", "not set by another: dives are named by their number only",
           "none needed; a network, a receiver or an autopilot tells the time"};
 }
@@ -206,7 +204,8 @@ std::vector<Finding> check_heat(const fs::path& sys) {
   for (auto zone = fs::directory_iterator(sys / "class/thermal", error);
        zone != fs::directory_iterator(); zone.increment(error)) {
     const auto millidegrees = number_in(zone->path() / "temp");
-    if (millidegrees) hottest = std::max(hottest.value_or(-273), 1e-3 * static_cast<double>(*millidegrees));
+    if (millidegrees)
+      hottest = std::max(hottest.value_or(-273), 1e-3 * static_cast<double>(*millidegrees));
   }
   constexpr double kHot = 75;  // a Raspberry Pi slows down from 80
   if (!hottest) {
@@ -232,8 +231,7 @@ std::vector<Finding> check_heat(const fs::path& sys) {
 
 std::vector<Finding> check_sensors(const sensors::Config& config, std::chrono::seconds patience) {
   const std::vector<sensors::Input> inputs = sensors::parse_inputs(config.inputs);
-  if (inputs.empty())
-    return {{Verdict::absent, "sensors", "none configured (sensors.inputs)"}};
+  if (inputs.empty()) return {{Verdict::absent, "sensors", "none configured (sensors.inputs)"}};
   struct Heard {
     std::set<std::string> what;
     std::string fault;
@@ -288,8 +286,7 @@ std::vector<Finding> check_cameras(const Config& config, std::chrono::seconds pa
     if (alert.kind == AlertKind::camera_back || alert.kind == AlertKind::images_dropped)
       findings.push_back({Verdict::doubtful, "camera", alert.message, alert.remedy});
   }
-  if (cameras->rig()->right)
-    findings.push_back(skew_finding(*cameras, config.capture.max_skew_ms));
+  if (cameras->rig()->right) findings.push_back(skew_finding(*cameras, config.capture.max_skew_ms));
   judge_images(config, seen, findings);
   return findings;
 }
@@ -314,8 +311,7 @@ Finding check_page(const serve::Config& config) {
   ::close(socket);
   answer.resize(size > 0 ? static_cast<std::size_t>(size) : 0);
   const std::string where = "port " + std::to_string(config.port);
-  if (answer.starts_with("HTTP/1.1 200"))
-    return {Verdict::good, "page", "is served at " + where};
+  if (answer.starts_with("HTTP/1.1 200")) return {Verdict::good, "page", "is served at " + where};
   return {Verdict::doubtful, "page", "nothing serves it at " + where,
           "start the service: systemctl start nadir"};
 }

@@ -110,16 +110,18 @@ std::vector<Setting> make_settings() {
       setting("capture.calibration", &Config::capture, &capture::Config::calibration,
               "of the live camera or pair; lasers.yml lies beside it"),
       setting("capture.exposure_ms", &Config::capture, &capture::Config::exposure_ms,
-              "fixed exposure of live cameras; 0: automatic"),
+              "fixed exposure of live cameras; 0: steered by light and speed"),
       setting("capture.gain", &Config::capture, &capture::Config::gain,
-              "fixed gain in the camera's unit; -1: automatic"),
+              "fixed gain in the camera's unit; -1: likewise"),
       setting("capture.focus", &Config::capture, &capture::Config::focus,
               "fixed focus in the camera's unit; -1: as it is; never automatic"),
+      setting("capture.max_blur_px", &Config::capture, &capture::Config::max_blur_px,
+              "full-size pixels that motion may smear; a steered exposure keeps to it"),
       setting("capture.max_skew_ms", &Config::capture, &capture::Config::max_skew_ms,
               "between the images of a live pair, before it is told"),
       setting("sensors.inputs", &Config::sensors, &sensors::Config::inputs,
               "of live sensors, with spaces between: nmea or mavlink, then :serial:DEVICE:BAUD, "
-              ":udp:PORT or :tcp:HOST:PORT"),
+              ":udp:PORT or :tcp:HOST:PORT; or iio:device:NAME:HZ, a pressure sensor on the board"),
       setting("sensors.attitude_delay_s", &Config::sensors, &sensors::Config::attitude_delay_s,
               "how late roll, pitch and heading arrive"),
       setting("sensors.depth_delay_s", &Config::sensors, &sensors::Config::depth_delay_s,
@@ -132,7 +134,8 @@ std::vector<Setting> make_settings() {
               "kg/m3, likewise; lakes and pools 1000"),
       setting("sensors.magnetic_variation_deg", &Config::sensors,
               &sensors::Config::magnetic_variation_deg,
-              "true minus magnetic north, east positive, while no sensor tells it"),
+              "true minus magnetic north, east positive, while no sensor tells it; 0 with "
+              "reference.origin: by the magnetic model"),
       setting("sensors.outputs", &Config::sensors, &sensors::Config::outputs,
               "where live poses and covered ground are sent, with spaces between: json, mavlink or "
               "nmea, then :udp:ADDRESS:PORT"),
@@ -183,6 +186,10 @@ std::vector<Setting> make_settings() {
               "or brighter"),
       setting("reference.attitude", &Config::reference, &reference::Config::attitude,
               "vertical and north from the AHRS where images have attitudes"),
+      setting("reference.origin", &Config::reference, &reference::Config::origin,
+              "\"LATITUDE LONGITUDE\" or \"LATITUDE LONGITUDE HEIGHT\" of the ground where the map "
+              "begins, WGS 84, decimal degrees, metres above the ellipsoid: with an AHRS the files "
+              "for GIS are UTM, and magnetic headings become true; empty: none"),
       setting("reference.stereo_matching_px", &Config::reference,
               &reference::Config::stereo_matching_px,
               "1 sigma of a disparity, for the sigma of the stereo scale"),
@@ -253,6 +260,14 @@ std::vector<Setting> make_settings() {
               "longest ray, as a ratio of the camera's distance to the plane"),
       setting("record.dives", &Config::record, &record::Config::dives,
               "folder in which nadir run makes a new one for each dive"),
+      choice<record::Config, record::Originals>(
+          "record.originals", &Config::record, &record::Config::originals,
+          {{"none", record::Originals::none},
+           {"key_frames", record::Originals::key_frames},
+           {"all", record::Originals::all}},
+          "which images of live cameras are kept as they came, "
+          "in DIVE/survey, which can be replayed: none, "
+          "key_frames (new ground) or all"),
       setting("record.projected", &Config::record, &record::Config::projected,
               "save each projected image; without them mosaics cannot be recovered"),
       setting("record.small_png", &Config::record, &record::Config::small_png,

@@ -5,8 +5,13 @@
 namespace nadir::app {
 namespace {
 
-constexpr std::chrono::seconds kBlocked{6}, kLongest{60};
+constexpr std::chrono::seconds kBlocked{4}, kBlockedByDevice{6}, kLongest{60};
 constexpr double kIdle = 0.02;  // of the processor, as a thread that is woken in vain
+
+// A slow card and a camera's driver may take 5 s; what waits for the recorder does so for less.
+std::chrono::seconds patience(const std::string& stage) {
+  return stage == "record" || stage == "capture" ? kBlockedByDevice : kBlocked;
+}
 
 }  // namespace
 
@@ -23,11 +28,11 @@ std::optional<std::string> Watch::hung(Clock::time_point now,
     const Clock::time_point begun = now - *activity.busy;
     while (!samples.empty() && samples.front().time < begun) samples.pop_front();
     samples.push_back({now, activity.cpu_s});
-    while (samples.size() > 2 && now - samples[1].time >= kBlocked) samples.pop_front();
+    const auto most = patience(activity.stage);
+    while (samples.size() > 2 && now - samples[1].time >= most) samples.pop_front();
     const Sample& first = samples.front();
     const double span = std::chrono::duration<double>(now - first.time).count();
-    const bool blocked =
-        now - first.time >= kBlocked && activity.cpu_s - first.cpu_s < kIdle * span;
+    const bool blocked = now - first.time >= most && activity.cpu_s - first.cpu_s < kIdle * span;
     if (blocked || *activity.busy >= kLongest) found = activity.stage;
   }
   return found;

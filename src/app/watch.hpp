@@ -18,9 +18,8 @@ class Watch {
  public:
   using Clock = std::chrono::steady_clock;
 
-  /// To be called every second or so. The stage that hangs: that has had an item in hand for 6 s
-  /// without using the processor, which a slow disk and a camera's driver may take, or for a minute
-  /// whatever it does.
+  /// To be called once or twice a second. The stage that hangs: that has had an item in hand for
+  /// 4 s (recorder and capture: 6 s) without using the processor, or for a minute whatever it does.
   std::optional<std::string> hung(Clock::time_point now,
                                   const std::vector<pipeline::StageActivity>& activities);
 

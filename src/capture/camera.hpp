@@ -11,6 +11,7 @@
 #include <string>
 #include <vector>
 
+#include "exposure_control.hpp"
 #include "nadir/core/time.hpp"
 #include "nadir/image_io/raw.hpp"
 
@@ -20,8 +21,8 @@ namespace nadir::capture {
 struct CameraMode {
   int width = 0, height = 0;
   double rate_hz = 0;      ///< at least, when the camera can; 0: its fastest
-  double exposure_ms = 0;  ///< 0: by the camera itself
-  double gain = -1;        ///< in its own unit; -1: by the camera itself
+  double exposure_ms = 0;  ///< 0: steered by expose(), or by the camera itself if it cannot be
+  double gain = -1;        ///< in its own unit; -1: likewise
   double focus = -1;       ///< in its own unit; -1: as it stands. It never focuses by itself
 };
 
@@ -58,6 +59,15 @@ class Camera {
   /// The next picture, the end, or neither yet; never waits.
   virtual Taken take() = 0;
   virtual double rate_hz() const = 0;  ///< of the mode in use; 0: unknown
+
+  /// What it can be set to, and how it is set now; none when it exposes by itself.
+  struct Exposing {
+    ExposureRange range;
+    Exposure now;
+  };
+  virtual std::optional<Exposing> exposing() const { return std::nullopt; }
+  /// From one of the next pictures on; what it does not take it does not tell.
+  virtual void expose(const Exposure& exposure) { static_cast<void>(exposure); }
 };
 
 struct OpenedCamera {

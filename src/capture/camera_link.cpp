@@ -51,6 +51,7 @@ void CameraLink::keep_open(Time now, std::vector<Alert>& alerts) {
     return;
   }
   camera_ = std::move(opened.camera);
+  ++opened_;
   remarks_ = std::move(opened.remarks);
   if (camera_->rate_hz() > 0) period_ = from_seconds(1 / camera_->rate_hz());
   has_given_ = false;

@@ -28,6 +28,15 @@ class CameraLink {
   /// The next picture waiting. Pictures that are not later than the one before are passed over.
   std::optional<Picture> take(Time now, std::vector<Alert>& alerts);
 
+  /// See Camera; none while it is lost.
+  std::optional<Camera::Exposing> exposing() const {
+    return camera_ ? camera_->exposing() : std::nullopt;
+  }
+  void expose(const Exposure& exposure) {
+    if (camera_) camera_->expose(exposure);
+  }
+  int opened() const { return opened_; }  ///< how often
+
   bool is_open() const { return camera_ != nullptr; }
   int descriptor() const { return camera_ ? camera_->descriptor() : -1; }
   /// When keep_open() has something to do.
@@ -46,8 +55,9 @@ class CameraLink {
   Time due_ = 0, retry_ = 0;
   Time period_ = 0;
   std::optional<Time> newest_;  ///< picture
-  bool has_given_ = false;      ///< a picture since it was opened
-  std::string told_;            ///< why it is lost; empty while it is not
+  int opened_ = 0;
+  bool has_given_ = false;  ///< a picture since it was opened
+  std::string told_;        ///< why it is lost; empty while it is not
   std::vector<std::string> remarks_;
 };
 

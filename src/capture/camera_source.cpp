@@ -7,6 +7,7 @@
 #include <unistd.h>
 
 #include <algorithm>
+#include <atomic>
 #include <cerrno>
 #include <chrono>
 #include <cmath>
@@ -17,8 +18,10 @@
 
 #include "beside.hpp"
 #include "camera_link.hpp"
+#include "file.hpp"
 #include "nadir/core/check.hpp"
 #include "nadir/image_io/decode.hpp"
+#include "nadir/image_io/encode.hpp"
 #include "pairing.hpp"
 
 namespace nadir::capture {
@@ -57,6 +60,14 @@ image_io::Decoded decode(const Picture& picture, const CameraModel& camera, int 
   return image_io::decode_raw(raw, divisor, colour);
 }
 
+// As it came, or what was not compressed with next to no loss.
+std::vector<std::uint8_t> as_jpeg(const Picture& picture, const CameraModel& camera) {
+  if (!picture.encoding.raw) return {picture.bytes.begin(), picture.bytes.end()};
+  constexpr int kQuality = 95;
+  const image_io::Decoded full = decode(picture, camera, 1, image_io::Colour::bgr);
+  return image_io::encode_jpeg(full.image, kQuality, image_io::Chroma::full);
+}
+
 std::string numbered(std::uint64_t image) {
   std::string digits = std::to_string(image);
   digits.insert(0, 6 - std::min<std::size_t>(6, digits.size()), '0');
@@ -86,8 +97,9 @@ CameraRig rig_of(const Config& config) {
 }  // namespace
 
 struct CameraSource::State {
-  explicit State(const Config& configured)
+  State(const Config& configured, bool keep)
       : config(configured),
+        keep_originals(keep),
         full_rig(rig_of(config)),
         rig(std::make_shared<const CameraRig>(full_rig.reduced(config.divisor()))),
         lasers(lasers_beside(std::filesystem::path(config.calibration).parent_path())) {
@@ -104,14 +116,17 @@ struct CameraSource::State {
   std::optional<PicturePair> take_pictures(Time now, std::vector<Alert>& alerts);
   std::optional<Shot> next_shot(Time now, std::vector<Alert>& alerts);
   std::shared_ptr<const Frame> frame_of(const PicturePair& pictures);
+  std::shared_ptr<const OriginalImages> originals_of(const PicturePair& pictures) const;
   std::string decode_into(Frame& frame, const PicturePair& pictures) const;
   std::uint32_t missed_before(Time time);
   void lose(std::uint32_t images, const std::string& fault);
   void tell_lost(const Shot& shot, std::vector<Alert>& alerts);
   void tell_skew(const Shot& shot, std::vector<Alert>& alerts);
+  void steer_exposure(const Frame& frame);
   void wait(Time until) const;
 
   const Config config;
+  const bool keep_originals;
   const CameraRig full_rig;
   const std::shared_ptr<const CameraRig> rig;
   const std::optional<calibration::Lasers> lasers;
@@ -122,15 +137,21 @@ struct CameraSource::State {
   std::optional<Time> newest;  ///< image handed out
   std::uint32_t lost = 0;      ///< by the cameras since then
   std::uint64_t lost_untold = 0;
-  std::string last_fault;    ///< of those
-  std::optional<Time> told;  ///< when losses were
-  double skew_told_ms = 0;   ///< the largest
+  std::string last_fault;            ///< of those
+  std::optional<Time> told;          ///< when losses were
+  double skew_told_ms = 0;           ///< the largest
+  std::atomic<double> speed_px = 0;  ///< of the ground in the images, a second
+  std::optional<ExposureControl> exposure;
+  int exposed = 0;  ///< which opening of the camera it steers
 };
 
-CameraSource::CameraSource(const Config& config) : state_(std::make_unique<State>(config)) {}
+CameraSource::CameraSource(const Config& config, bool keep_originals)
+    : state_(std::make_unique<State>(config, keep_originals)) {}
 CameraSource::~CameraSource() = default;
 std::shared_ptr<const CameraRig> CameraSource::rig() const { return state_->rig; }
 const std::optional<calibration::Lasers>& CameraSource::lasers() const { return state_->lasers; }
+
+void CameraSource::note_speed(double px_a_second) { state_->speed_px = px_a_second; }
 
 std::optional<Time> CameraSource::skew() const { return state_->pairing.skew(); }
 
@@ -214,13 +235,30 @@ std::optional<Shot> CameraSource::State::next_shot(Time now, std::vector<Alert>&
     frame.time = shot.time;
     frame.name = shot.name;
     frame.rig = rig;
+    steer_exposure(frame);
     shot.frame = std::make_shared<const Frame>(std::move(frame));
+    if (keep_originals) shot.originals = originals_of(*pictures);
     newest = shot.time;
     tell_lost(shot, shot.alerts);
     tell_skew(shot, shot.alerts);
     return shot;
   }
   return std::nullopt;
+}
+
+// Both cameras of a pair see the same ground and are set alike, by the left one.
+void CameraSource::State::steer_exposure(const Frame& frame) {
+  if (std::exchange(exposed, links[0].opened()) != exposed || !exposure) {
+    const auto exposing = links[0].exposing();
+    exposure.reset();
+    if (!exposing) return;
+    exposure.emplace(exposing->range, config.max_blur_px * config.divisor(), exposing->now);
+  }
+  const double full_speed_px = speed_px * config.divisor();
+  const double period_ms = static_cast<double>(links[0].period()) / kMillisecond;
+  const auto next = exposure->observe(cv::mean(frame.grey)[0], full_speed_px, period_ms);
+  if (!next) return;
+  for (CameraLink& link : links) link.expose(*next);
 }
 
 // What is wrong with a picture; empty when both are decoded.
@@ -235,6 +273,13 @@ std::string CameraSource::State::decode_into(Frame& frame, const PicturePair& pi
       decode(pictures.right, full_rig.right->camera, config.divisor(), Colour::grey);
   frame.right = std::move(right.image);
   return right.fault;
+}
+
+std::shared_ptr<const OriginalImages> CameraSource::State::originals_of(
+    const PicturePair& pictures) const {
+  OriginalImages originals{as_jpeg(pictures.left, full_rig.left), {}};
+  if (is_pair()) originals.right = as_jpeg(pictures.right, full_rig.right->camera);
+  return std::make_shared<const OriginalImages>(std::move(originals));
 }
 
 // Of a camera's images only some are wanted: a lost one was missed when the wanted rate shows a
@@ -268,6 +313,19 @@ void CameraSource::State::tell_skew(const Shot& shot, std::vector<Alert>& alerts
                     "the right camera's images are taken " + std::to_string(skew_ms) +
                         " ms after the left one's: in motion, scale and depth are wrong",
                     "trigger both cameras by one signal, or move slowly"});
+}
+
+std::vector<std::pair<std::string, std::string>> calibration_files(const Config& config) {
+  const std::filesystem::path calibration = config.calibration;
+  std::vector<std::pair<std::string, std::string>> files;
+  for (const auto& [name, file] : {std::pair{"calib.yml", calibration},
+                                   {"lasers.yml", calibration.parent_path() / "lasers.yml"}}) {
+    constexpr std::uint64_t kMostBytes = 10u << 20;
+    const FileBytes read = read_file(file, kMostBytes, Links::follow);
+    if (read.fault.empty())
+      files.emplace_back(name, std::string(read.bytes.begin(), read.bytes.end()));
+  }
+  return files;
 }
 
 }  // namespace nadir::capture

@@ -24,6 +24,7 @@ void Config::check() const {
                   "0 (automatic) to 1000 ms");
   require_setting(gain >= -1, "capture.gain", "-1 (automatic) or more");
   require_setting(focus >= -1, "capture.focus", "-1 (as it is) or more");
+  require_setting(max_blur_px > 0 && max_blur_px <= 100, "capture.max_blur_px", "up to 100 px");
   require_setting(max_skew_ms > 0 && max_skew_ms <= 1000, "capture.max_skew_ms", "up to 1000 ms");
   require_setting(!camera.empty(), "capture.camera", "a camera's name, or \"auto\"");
   for (const std::string* name : {&camera, &camera_right}) {

@@ -107,12 +107,18 @@ Time time_of(const v4l2_buffer& buffer) {
 
 class V4l2Camera : public Camera {
  public:
-  V4l2Camera(std::shared_ptr<Stream> stream, const V4l2Mode& mode)
-      : stream_(std::move(stream)), encoding_(mode.encoding), rate_hz_(mode.rate_hz) {}
+  V4l2Camera(std::shared_ptr<Stream> stream, const V4l2Mode& mode,
+             const std::optional<Exposing>& exposing)
+      : stream_(std::move(stream)),
+        encoding_(mode.encoding),
+        rate_hz_(mode.rate_hz),
+        exposing_(exposing) {}
   ~V4l2Camera() override { stream_->end(); }
 
   int descriptor() const override { return stream_->device(); }
   double rate_hz() const override { return rate_hz_; }
+  std::optional<Exposing> exposing() const override { return exposing_; }
+  void expose(const Exposure& exposure) override { capture::expose(stream_->device(), exposure); }
   Taken take() override;
 
  private:
@@ -123,6 +129,7 @@ class V4l2Camera : public Camera {
   std::shared_ptr<Stream> stream_;
   const Encoding encoding_;
   const double rate_hz_;
+  const std::optional<Exposing> exposing_;
   std::optional<std::uint32_t> sequence_;
 };
 
@@ -182,7 +189,7 @@ OpenedCamera open_v4l2(const std::string& name, const CameraMode& wanted) {
   const int device = ::open(node.c_str(), O_RDWR | O_NONBLOCK | O_CLOEXEC);
   if (device < 0) return {nullptr, prefixed(node, std::strerror(errno)), {}};
   const auto stream = std::make_shared<Stream>(device);
-  struct stat status{};
+  struct stat status {};
   v4l2_capability capability{};
   constexpr __u32 kNeeded = V4L2_CAP_VIDEO_CAPTURE | V4L2_CAP_STREAMING;
   if (::fstat(device, &status) != 0 || !S_ISCHR(status.st_mode) ||
@@ -195,9 +202,10 @@ OpenedCamera open_v4l2(const std::string& name, const CameraMode& wanted) {
   OpenedCamera opened;
   for (const std::string& refused : set_controls(device, wanted))
     opened.remarks.push_back(prefixed(node, refused));
+  const std::optional<Camera::Exposing> exposure = exposing(device, wanted);
   if (const std::string fault = stream->start(); !fault.empty())
     return {nullptr, prefixed(node, fault), {}};
-  opened.camera = std::make_unique<V4l2Camera>(stream, mode);
+  opened.camera = std::make_unique<V4l2Camera>(stream, mode, exposure);
   return opened;
 }
 

@@ -31,9 +31,8 @@ std::string text_of(const __u8 (&field)[N]) {
 // The serial number stands with the USB device, some folders above its video node.
 std::string serial_of(const std::string& node) {
   std::error_code error;
-  fs::path folder = fs::canonical("/sys/class/video4linux/" + fs::path(node).filename().string() +
-                                      "/device",
-                                  error);
+  fs::path folder = fs::canonical(
+      "/sys/class/video4linux/" + fs::path(node).filename().string() + "/device", error);
   for (int up = 0; !error && up < 3 && folder.has_relative_path(); ++up) {
     std::string serial;
     if (std::ifstream(folder / "serial") >> serial) return printable(serial);

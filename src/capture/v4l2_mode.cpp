@@ -213,11 +213,20 @@ double set_rate(int device, const v4l2_fract& interval) {
   return in_hz(capture.timeperframe);
 }
 
-bool has_control(int device, std::uint32_t id) {
+constexpr double kExposureUnits = 10;  // of V4L2_CID_EXPOSURE_ABSOLUTE, a millisecond
+
+std::optional<v4l2_queryctrl> range_of(int device, std::uint32_t id) {
   v4l2_queryctrl query{};
   query.id = id;
-  return control(device, VIDIOC_QUERYCTRL, query) == 0 &&
-         (query.flags & V4L2_CTRL_FLAG_DISABLED) == 0;
+  const bool known = control(device, VIDIOC_QUERYCTRL, query) == 0 &&
+                     (query.flags & (V4L2_CTRL_FLAG_DISABLED | V4L2_CTRL_FLAG_READ_ONLY)) == 0;
+  return known ? std::optional(query) : std::nullopt;
+}
+
+double value_of(int device, std::uint32_t id) {
+  v4l2_control setting{id, 0};
+  control(device, VIDIOC_G_CTRL, setting);
+  return setting.value;
 }
 
 bool set_control(int device, std::uint32_t id, std::int32_t value) {
@@ -256,7 +265,7 @@ std::vector<std::string> set_controls(int device, const CameraMode& wanted) {
     if (!done) refused.push_back(what);
   };
   // A lens that moves has another calibration each time.
-  if (has_control(device, V4L2_CID_FOCUS_AUTO))
+  if (range_of(device, V4L2_CID_FOCUS_AUTO))
     require(set_control(device, V4L2_CID_FOCUS_AUTO, 0), "its autofocus cannot be turned off");
   if (wanted.focus >= 0) {
     const auto focus = static_cast<std::int32_t>(std::lround(wanted.focus));
@@ -264,15 +273,14 @@ std::vector<std::string> set_controls(int device, const CameraMode& wanted) {
             "its focus cannot be set to " + std::to_string(focus));
   }
   // In the dark a camera would rather give fewer images.
-  if (has_control(device, V4L2_CID_EXPOSURE_AUTO_PRIORITY))
+  if (range_of(device, V4L2_CID_EXPOSURE_AUTO_PRIORITY))
     set_control(device, V4L2_CID_EXPOSURE_AUTO_PRIORITY, 0);
   if (wanted.exposure_ms > 0) {
-    constexpr double kUnits = 10;  // a millisecond
-    const auto units = static_cast<std::int32_t>(std::lround(kUnits * wanted.exposure_ms));
+    const auto units = static_cast<std::int32_t>(std::lround(kExposureUnits * wanted.exposure_ms));
     set_control(device, V4L2_CID_EXPOSURE_AUTO, V4L2_EXPOSURE_MANUAL);
     require(set_control(device, V4L2_CID_EXPOSURE_ABSOLUTE, std::max(units, 1)),
             "its exposure cannot be set to " + std::to_string(wanted.exposure_ms) + " ms");
-  } else if (has_control(device, V4L2_CID_EXPOSURE_AUTO)) {
+  } else if (range_of(device, V4L2_CID_EXPOSURE_AUTO)) {
     // UVC cameras know one of the two.
     if (!set_control(device, V4L2_CID_EXPOSURE_AUTO, V4L2_EXPOSURE_APERTURE_PRIORITY))
       set_control(device, V4L2_CID_EXPOSURE_AUTO, V4L2_EXPOSURE_AUTO);
@@ -281,10 +289,36 @@ std::vector<std::string> set_controls(int device, const CameraMode& wanted) {
     set_control(device, V4L2_CID_AUTOGAIN, 0);
     require(set_control(device, V4L2_CID_GAIN, static_cast<std::int32_t>(std::lround(wanted.gain))),
             "its gain cannot be set to " + std::to_string(wanted.gain));
-  } else if (has_control(device, V4L2_CID_AUTOGAIN)) {
+  } else if (range_of(device, V4L2_CID_AUTOGAIN)) {
     set_control(device, V4L2_CID_AUTOGAIN, 1);
   }
   return refused;
+}
+
+std::optional<Camera::Exposing> exposing(int device, const CameraMode& wanted) {
+  const auto exposure = range_of(device, V4L2_CID_EXPOSURE_ABSOLUTE);
+  if (wanted.exposure_ms > 0 || !exposure) return std::nullopt;
+  if (!set_control(device, V4L2_CID_EXPOSURE_AUTO, V4L2_EXPOSURE_MANUAL)) return std::nullopt;
+  Camera::Exposing found;
+  found.range.shortest_ms = exposure->minimum / kExposureUnits;
+  found.range.longest_ms = exposure->maximum / kExposureUnits;
+  found.now.ms = value_of(device, V4L2_CID_EXPOSURE_ABSOLUTE) / kExposureUnits;
+  const auto gain = range_of(device, V4L2_CID_GAIN);
+  if (wanted.gain >= 0) {
+    found.range.least_gain = found.range.most_gain = found.now.gain = wanted.gain;
+  } else if (gain) {
+    set_control(device, V4L2_CID_AUTOGAIN, 0);
+    found.range.least_gain = gain->minimum;
+    found.range.most_gain = gain->maximum;
+    found.now.gain = value_of(device, V4L2_CID_GAIN);
+  }
+  return found;
+}
+
+void expose(int device, const Exposure& exposure) {
+  const auto whole = [](double value) { return static_cast<std::int32_t>(std::lround(value)); };
+  set_control(device, V4L2_CID_EXPOSURE_ABSOLUTE, std::max(whole(kExposureUnits * exposure.ms), 1));
+  set_control(device, V4L2_CID_GAIN, whole(exposure.gain));
 }
 
 }  // namespace nadir::capture

@@ -31,4 +31,8 @@ V4l2Mode set_mode(int device, const CameraMode& wanted);
 /// What the camera would not be set to; streams all the same.
 std::vector<std::string> set_controls(int device, const CameraMode& wanted);
 
+/// After set_controls(); none unless its exposure can be set, or when a fixed one was wanted.
+std::optional<Camera::Exposing> exposing(int device, const CameraMode& wanted);
+void expose(int device, const Exposure& exposure);
+
 }  // namespace nadir::capture

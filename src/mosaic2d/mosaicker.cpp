@@ -36,21 +36,22 @@ double rounded(double distance) {
 }
 
 // What the settings ask, or as coarse as the canvas demands.
-double sampling_distance(const Footprint& seen, const Config& config) {
-  const double wanted = config.ground_sampling_distance > 0 ? config.ground_sampling_distance
-                                                            : rounded(seen.sampling_distance);
+double sampling_distance(const Footprint& seen, const Config& config, double coarser) {
+  const double wanted =
+      coarser * (config.ground_sampling_distance > 0 ? config.ground_sampling_distance
+                                                     : rounded(seen.sampling_distance));
   const Eigen::Vector2d size = seen.most - seen.least;
   double allowed = std::sqrt(size.x() * size.y() / (config.max_megapixels * 1e6));
   allowed = 1.05 * std::max(allowed, size.maxCoeff() / kLongestSide);
   return wanted > allowed ? wanted : rounded(allowed);
 }
 
-MosaicGrid grid_of(std::uint32_t number, const Stand& stand, const Config& config) {
+MosaicGrid grid_of(std::uint32_t number, const Stand& stand, const Config& config, double coarser) {
   MosaicGrid grid;
   grid.mosaic = number;
   grid.submap = stand.submap;
   grid.plane = stand.plane;
-  const double gsd = sampling_distance(stand.footprint, config);
+  const double gsd = sampling_distance(stand.footprint, config, coarser);
   grid.ground_sampling_distance = gsd;
   grid.world.a = gsd;
   grid.world.e = -gsd;
@@ -83,10 +84,12 @@ struct Mosaicker::State {
   std::optional<RestartRule> rule;
   LampPattern lamps;
   bool warned_of_slope = false;
+  double coarser = 1, mosaic_coarser = 1;  ///< as wanted, and of the mosaic
 
   void begin(const Stand& stand, const Config& config) {
     const std::uint32_t number = mosaic ? mosaic->grid().mosaic + 1 : 0;
-    mosaic.emplace(grid_of(number, stand, config));
+    mosaic.emplace(grid_of(number, stand, config, coarser));
+    mosaic_coarser = coarser;
     rule.emplace(config, stand);
   }
 
@@ -96,6 +99,7 @@ struct Mosaicker::State {
     const double max_pixels = config.max_megapixels * 1e6;
     if (mosaic) {
       why = rule->reason(stand);
+      if (coarser != mosaic_coarser) why = "the load asks for another resolution";
       const auto pixels = raster(stand.footprint, mosaic->grid(), max_pixels);
       if (why.empty() && pixels) return pixels;
       if (why.empty()) why = "the image outgrew the mosaic's raster";
@@ -137,6 +141,8 @@ void Config::check() const {
 
 Mosaicker::Mosaicker(const Config& config) : config_(config), state_(std::make_unique<State>()) {}
 Mosaicker::~Mosaicker() = default;
+
+void Mosaicker::coarsen(double factor) { state_->coarser = factor; }
 
 void Mosaicker::finish() {
   state_->finished = true;

@@ -5,6 +5,7 @@
 #include <algorithm>
 
 #include "nadir/core/check.hpp"
+#include "originals_folder.hpp"
 #include "products.hpp"
 #include "projected_folder.hpp"
 
@@ -97,13 +98,15 @@ struct Dive::State {
         config(configured),
         lock(folder),
         journal(disk, folder),
-        projected(disk, folder) {
+        projected(disk, folder),
+        originals(disk, folder) {
     require_unused(folder, lock);
     make_folder(disk, folder / "projected");
     make_folder(disk, folder / "mosaic2d");
   }
 
   int save_projected(const Entry& entry, Facts& facts);
+  std::vector<Alert> conclude_originals(const Facts& facts, int error);
   std::vector<Alert> conclude(const Facts& facts, int image_error, int journal_error);
   void record_pending();
   std::vector<Alert> make_files(const nlohmann::json& rates);
@@ -114,6 +117,9 @@ struct Dive::State {
   FolderLock lock;
   JournalWriter journal;
   ProjectedFolder projected;
+  OriginalsFolder originals;
+  DiveInfo info;
+  bool originals_fail = false;
   MosaicTiles tiles;
   Condition condition = Condition::saving;
   std::vector<Alert> pending;  ///< alerts the journal does not have yet
@@ -127,7 +133,7 @@ std::vector<Alert> Dive::State::make_files(const nlohmann::json& rates) {
   Ledger ledger = read_ledger(folder);
   const std::string auxiliary = auxiliary_xml(ledger);
   for (const auto& projected_facts : ledger.projected) {
-    settle(disk, folder, projected_facts.file, auxiliary, {});
+    settle(disk, folder, projected_facts.file, ledger.grid, auxiliary, {});
   }
   remove_leftovers(disk, folder);
   // Without projected images the tiles stay as they were made, and only their place is corrected.
@@ -183,6 +189,17 @@ std::vector<Alert> Dive::State::conclude(const Facts& facts, int image_error, in
   return {alert};
 }
 
+std::vector<Alert> Dive::State::conclude_originals(const Facts& facts, int error) {
+  const bool fail = error < 0;
+  if (std::exchange(originals_fail, fail) == fail) return {};
+  pending.push_back(
+      storage_alert(facts,
+                    fail ? "original images are not saved: " + std::string(record::describe(error))
+                         : "original images are saved again",
+                    fail));
+  return {pending.back()};
+}
+
 void Dive::State::record_pending() {
   while (!pending.empty() && journal.append(RecordType::alert, encode(pending.front())) == 0) {
     pending.erase(pending.begin());
@@ -197,7 +214,8 @@ Dive::Dive(const fs::path& folder, const DiveInfo& info, const Config& config)
 Dive::Dive(const fs::path& folder, const DiveInfo& info, const Config& config, Disk& disk) {
   config.check();
   state_ = std::make_unique<State>(disk, folder, config);
-  require(state_->journal.append(RecordType::begin, encode_begin(info.about)), folder);
+  state_->info = info;
+  require(state_->journal.append(RecordType::begin, encode_begin(begin_facts(info))), folder);
 }
 
 Dive::~Dive() = default;
@@ -227,7 +245,10 @@ std::vector<Alert> Dive::add(const Entry& entry) {
   if (entry.mosaic) {
     for (const auto& tile : entry.mosaic->tiles) s.tiles[place_of(*tile)] = tile;
   }
-  return s.conclude(facts, image_error, journal_error);
+  std::vector<Alert> alerts = s.conclude(facts, image_error, journal_error);
+  const int originals_error = s.originals.add(*entry.orientation, s.info, s.config.originals);
+  std::ranges::move(s.conclude_originals(facts, originals_error), std::back_inserter(alerts));
+  return alerts;
 }
 
 void Dive::add(const Alert& alert) {
@@ -244,6 +265,7 @@ std::vector<Alert> Dive::finish(const nlohmann::json& rates, std::uint64_t dropp
   s.record_pending();
   s.journal.append(RecordType::end, encode_end(s.captured + dropped_after, dropped_after));
   s.journal.close();
+  s.originals.finish();
   try {
     return s.make_files(rates);
   } catch (const InputError& error) {  // the journal is gone, perhaps with the card

@@ -131,9 +131,10 @@ void fields(Archive& archive, Is<TilePlace> auto& tile) {
 template <class Archive>
 void fields(Archive& archive, Is<Facts> auto& facts) {
   archive(facts.of_shot, facts.image, facts.time, facts.name, facts.rejected, facts.dropped_before,
-          facts.missed_before, facts.state, facts.submap, facts.poses, facts.lost, facts.dead_reckoned, facts.health,
-          facts.later_health, facts.axes, facts.window, facts.plane, facts.grid, facts.mosaic,
-          facts.projected, facts.tiles, facts.alerts, facts.corrections, facts.joins, facts.scales);
+          facts.missed_before, facts.state, facts.submap, facts.poses, facts.lost,
+          facts.dead_reckoned, facts.health, facts.later_health, facts.axes, facts.window,
+          facts.plane, facts.grid, facts.mosaic, facts.projected, facts.tiles, facts.alerts,
+          facts.corrections, facts.joins, facts.scales);
 }
 
 namespace {

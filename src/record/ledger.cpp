@@ -89,11 +89,22 @@ void add_facts(const Facts& facts, std::uint64_t sequence, Ledger& ledger) {
   add_revision(facts, ledger);
 }
 
+std::optional<reference::Geodetic> origin_of(const nlohmann::json& about) {
+  try {
+    const nlohmann::json& origin = about.at("origin");
+    return reference::Geodetic{origin.at("latitude_deg"), origin.at("longitude_deg"),
+                               origin.at("height_m")};
+  } catch (const nlohmann::json::exception&) {
+    return std::nullopt;
+  }
+}
+
 bool add_begin(const Bytes& payload, Ledger& ledger) {
   std::string about;
   Decoder decoder(payload);
   decoder(about);
   ledger.about = nlohmann::json::parse(about, nullptr, false);
+  ledger.origin = origin_of(ledger.about);
   return decoder.ended() && ledger.about.is_object();
 }
 
@@ -247,7 +258,20 @@ Ledger read_ledger(const path& dive) {
   }
   ledger.missing_records = journal.missing() + unreadable;
   correct(ledger);
+  const bool is_placed =
+      ledger.axes == SurveyAxes::attitude && ledger.scale().source != ScaleSource::none;
+  if (ledger.origin && is_placed) ledger.grid.emplace(*ledger.origin);
   return ledger;
+}
+
+nlohmann::json begin_facts(const DiveInfo& info) {
+  nlohmann::json about = info.about;
+  if (const auto& origin = info.origin) {
+    about["origin"] = {{"latitude_deg", origin->latitude_deg},
+                       {"longitude_deg", origin->longitude_deg},
+                       {"height_m", origin->height}};
+  }
+  return about;
 }
 
 Bytes encode_begin(const nlohmann::json& about) {

@@ -48,6 +48,8 @@ struct ImageCounts {
 struct Ledger {
   nlohmann::json about;  ///< what was known when the dive began
   SurveyAxes axes = SurveyAxes::none;
+  std::optional<reference::Geodetic> origin;
+  std::optional<reference::UtmGrid> grid;  ///< where the survey can be placed on it
   std::map<std::uint64_t, ImageFacts> images;
   std::vector<Alert> alerts;
   /// Id of a tie point to the sequence of the record with its newest state.
@@ -82,6 +84,7 @@ struct Ledger {
 Ledger read_ledger(const path& dive);
 
 /// First record and last of a journal.
+nlohmann::json begin_facts(const DiveInfo& info);
 Bytes encode_begin(const nlohmann::json& about);
 Bytes encode_end(std::uint64_t captured, std::uint64_t dropped_after);
 

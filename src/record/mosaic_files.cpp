@@ -81,16 +81,45 @@ bool write_mosaic(LooseFile& file, const MosaicRaster& raster, const MosaicTiles
   return png.finish();
 }
 
-std::string auxiliary_xml(const Ledger& ledger) {
+namespace {
+
+// As WKT 1, which other programs than GDAL read as well.
+std::string utm_wkt(const reference::UtmGrid& grid) {
+  const std::string zone = std::to_string(grid.zone()) + (grid.is_north() ? "N" : "S");
+  const std::string meridian = std::to_string(6 * grid.zone() - 183);
+  return R"(PROJCS["WGS 84 / UTM zone )" + zone +
+         R"(",GEOGCS["WGS 84",DATUM["WGS_1984",SPHEROID["WGS 84",6378137,298.257223563,)"
+         R"(AUTHORITY["EPSG","7030"]],AUTHORITY["EPSG","6326"]],)"
+         R"(PRIMEM["Greenwich",0,AUTHORITY["EPSG","8901"]],)"
+         R"(UNIT["degree",0.0174532925199433,AUTHORITY["EPSG","9122"]],AUTHORITY["EPSG","4326"]],)"
+         R"(PROJECTION["Transverse_Mercator"],PARAMETER["latitude_of_origin",0],)"
+         R"(PARAMETER["central_meridian",)" +
+         meridian +
+         R"(],PARAMETER["scale_factor",0.9996],PARAMETER["false_easting",500000],)"
+         R"(PARAMETER["false_northing",)" +
+         (grid.is_north() ? "0" : "10000000") +
+         R"(],UNIT["metre",1,AUTHORITY["EPSG","9001"]],AXIS["Easting",EAST],)"
+         R"(AXIS["Northing",NORTH],AUTHORITY["EPSG",")" +
+         std::to_string(grid.epsg()) + R"("]])";
+}
+
+std::string local_wkt(const Ledger& ledger) {
   const bool metric = survey_unit(ledger.scale()) == "metres";
   const std::string name = metric ? "nadir survey" : "nadir survey, unscaled";
   const std::string unit = metric ? R"(UNIT["metre",1])" : R"(UNIT["unscaled",1])";
   const bool north = ledger.axes == SurveyAxes::attitude;
   const std::string axes = north ? R"(AXIS["Easting",EAST],AXIS["Northing",NORTH])"
                                  : R"(AXIS["x",EAST],AXIS["y",NORTH])";
-  return "<PAMDataset>\n  <SRS dataAxisToSRSAxisMapping=\"1,2\">LOCAL_CS[\"" + name + "\"," + unit +
-         "," + axes + "]</SRS>\n  <Metadata>\n    <MDI key=\"SCALE\">" +
-         scale_text(ledger.scale()) + "</MDI>\n  </Metadata>\n</PAMDataset>\n";
+  return "LOCAL_CS[\"" + name + "\"," + unit + "," + axes + "]";
+}
+
+}  // namespace
+
+std::string auxiliary_xml(const Ledger& ledger) {
+  const std::string wkt = ledger.grid ? utm_wkt(*ledger.grid) : local_wkt(ledger);
+  return "<PAMDataset>\n  <SRS dataAxisToSRSAxisMapping=\"1,2\">" + wkt +
+         "</SRS>\n  <Metadata>\n    <MDI key=\"SCALE\">" + scale_text(ledger.scale()) +
+         "</MDI>\n  </Metadata>\n</PAMDataset>\n";
 }
 
 }  // namespace nadir::record

@@ -14,7 +14,7 @@ namespace {
 using Write = std::function<bool(LooseFile&)>;
 
 std::map<std::string, Write> tables(const Ledger& ledger, const path& dive) {
-  return {
+  std::map<std::string, Write> made{
       {"alerts.jsonl", [&](LooseFile& file) { return write_alerts(file, ledger); }},
       {"health.csv", [&](LooseFile& file) { return write_health(file, ledger); }},
       {"projection3d.ply", [&](LooseFile& file) { return write_projection3d(file, ledger, dive); }},
@@ -24,6 +24,8 @@ std::map<std::string, Write> tables(const Ledger& ledger, const path& dive) {
       {"trajectory_live.tum",
        [&](LooseFile& file) { return write_trajectory(file, ledger, &ImageFacts::live); }},
   };
+  if (ledger.grid) made["track.csv"] = [&](LooseFile& file) { return write_track(file, ledger); };
+  return made;
 }
 
 std::string mosaic_name(std::uint32_t number) { return "mosaic2d/mosaic-" + padded(number, 3); }
@@ -32,7 +34,9 @@ void add_mosaic(const MosaicRaster& raster, const Ledger& ledger, const MosaicTi
                 std::map<std::string, Write>& products) {
   const std::string name = mosaic_name(raster.grid.mosaic);
   products[name + ".png"] = [&](LooseFile& file) { return write_mosaic(file, raster, tiles); };
-  products[name + ".pgw"] = [&](LooseFile& file) { return file.write(text_of(raster.world())); };
+  products[name + ".pgw"] = [&](LooseFile& file) {
+    return file.write(text_of(raster.world(), ledger.grid));
+  };
   products[auxiliary_name(name + ".png")] = [&](LooseFile& file) {
     return file.write(auxiliary_xml(ledger));
   };

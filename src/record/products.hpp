@@ -54,6 +54,8 @@ void remove_leftovers(Disk& disk, const path& dive);
 // One function a format; false when the file could not be written whole.
 bool write_trajectory(LooseFile& file, const Ledger& ledger,
                       std::optional<ImagePose> ImageFacts::*which);
+/// Of a ledger with a grid: where the final poses are on it and on the earth.
+bool write_track(LooseFile& file, const Ledger& ledger);
 bool write_sparse(LooseFile& file, const Ledger& ledger, const path& dive);
 bool write_projection3d(LooseFile& file, const Ledger& ledger, const path& dive);
 bool write_alerts(LooseFile& file, const Ledger& ledger);
@@ -69,7 +71,7 @@ struct MosaicRaster {
 };
 std::map<std::uint32_t, MosaicRaster> rasters(const Ledger& ledger, const MosaicTiles& tiles);
 bool write_mosaic(LooseFile& file, const MosaicRaster& raster, const MosaicTiles& tiles);
-/// GDAL's PAM file: the local engineering coordinate system and whether it is metric.
+/// GDAL's PAM file: UTM, or a local engineering coordinate system and whether it is metric.
 std::string auxiliary_xml(const Ledger& ledger);
 
 /// "metres" or "unscaled": what a survey unit is.

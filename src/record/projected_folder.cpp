@@ -81,10 +81,11 @@ int ProjectedFolder::make_spares() {
   return 0;
 }
 
-bool settle(Disk& disk, const path& dive, const ProjectedFile& file, std::string_view auxiliary,
+bool settle(Disk& disk, const path& dive, const ProjectedFile& file,
+            const std::optional<reference::UtmGrid>& grid, std::string_view auxiliary,
             Settling how) {
   const path name = projected_name(dive, file.image);
-  const std::string world = text_of(file.world);
+  const std::string world = text_of(file.world, grid);
   if (!holds(world_file_name(name), world)) write_text(disk, world_file_name(name), world);
   if (const path beside = auxiliary_name(name); !holds(beside, auxiliary)) {
     // GDAL's own programs write statistics into it.
@@ -118,6 +119,10 @@ std::string text_of(const WorldFile& world) {
     text += fixed(value, kDecimals) + '\n';
   }
   return text;
+}
+
+std::string text_of(const WorldFile& survey, const std::optional<reference::UtmGrid>& grid) {
+  return text_of(grid ? (*grid)(survey) : survey);
 }
 
 }  // namespace nadir::record

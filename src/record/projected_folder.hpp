@@ -34,7 +34,9 @@ struct Settling {
 /// Makes sure that an image the journal names has its name and its world file, as publish() would,
 /// and GDAL's auxiliary file as given. False when it is neither under its own name nor in the spare
 /// file.
-bool settle(Disk& disk, const path& dive, const ProjectedFile& file, std::string_view auxiliary,
+/// With a grid, the world file is on it.
+bool settle(Disk& disk, const path& dive, const ProjectedFile& file,
+            const std::optional<reference::UtmGrid>& grid, std::string_view auxiliary,
             Settling how);
 
 path projected_name(const path& dive, std::uint64_t image);
@@ -45,5 +47,7 @@ bool is_spare(const path& name);
 
 /// The six lines of an ESRI world file.
 std::string text_of(const WorldFile& world);
+/// With a grid, of the same on it.
+std::string text_of(const WorldFile& survey, const std::optional<reference::UtmGrid>& grid);
 
 }  // namespace nadir::record

@@ -6,6 +6,7 @@
 #include <fstream>
 
 #include "nadir/core/check.hpp"
+#include "originals_folder.hpp"
 #include "products.hpp"
 #include "projected_folder.hpp"
 #include "text.hpp"
@@ -82,7 +83,7 @@ void settle_projected(Disk& disk, const path& dive, const Ledger& ledger, bool w
                       Recovery& recovery) {
   const std::string auxiliary = auxiliary_xml(ledger);
   for (const auto& [file, submap, plane] : ledger.projected) {
-    if (settle(disk, dive, file, auxiliary, {true, was_complete})) {
+    if (settle(disk, dive, file, ledger.grid, auxiliary, {true, was_complete})) {
       ++recovery.projected;
     } else {
       recovery.damaged.push_back("projected/" + padded(file.image, 6) + ".png");
@@ -131,6 +132,7 @@ Recovery recover(const path& dive, Disk& disk) {
   count(ledger, previous, recovery);
   settle_projected(disk, dive, ledger, previous.exists, recovery);
   remove_leftovers(disk, dive);
+  mend_originals(disk, dive);
   const Found found = find_files(dive, previous.files);
   // Corrected mosaics are always made again: the summary counts their tiles.
   const bool rebuild = !mosaics_are_whole(previous, found) || is_moved(ledger);

@@ -116,6 +116,27 @@ json weak_images_json(const Ledger& ledger) {
   return counts;
 }
 
+// Where the survey is on the earth, or why its files are not.
+json origin_json(const Ledger& ledger) {
+  json origin = ledger.about["origin"];
+  origin["placed"] = ledger.grid.has_value();
+  if (!ledger.grid) {
+    origin["reason"] = ledger.axes == SurveyAxes::attitude
+                           ? "the survey has no scale: its unit is no metre"
+                           : "the survey's axes are not by an AHRS that can be relied on";
+    return origin;
+  }
+  const reference::UtmGrid& grid = *ledger.grid;
+  const Eigen::Vector2d place = grid(Eigen::Vector2d(0, 0));
+  origin["epsg"] = grid.epsg();
+  origin["utm_zone"] = std::to_string(grid.zone()) + (grid.is_north() ? 'N' : 'S');
+  origin["easting_m"] = place.x();
+  origin["northing_m"] = place.y();
+  origin["convergence_deg"] = grid.convergence() * 180 / M_PI;
+  origin["scale_factor"] = grid.scale();
+  return origin;
+}
+
 json files_json(const Stamps& stamps) {
   json files = json::object();
   for (const auto& [name, stamp] : stamps) {
@@ -144,6 +165,7 @@ json summary(const Ledger& ledger, double area, const Stamps& stamps, const json
   dive["scale"] = scale_json(scale);
   dive["survey_unit"] = survey_unit(scale);
   dive["survey_axes"] = to_string(ledger.axes);
+  if (ledger.origin) dive["origin"] = origin_json(ledger);
   dive["area_m2"] = metric ? json(area) : json();
   dive["area_survey_units"] = area;
   dive["drift"] = drift_json(ledger);

@@ -106,6 +106,25 @@ bool write_trajectory(LooseFile& file, const Ledger& ledger,
   return true;
 }
 
+bool write_track(LooseFile& file, const Ledger& ledger) {
+  constexpr int kMetreDecimals = 4, kDegreeDecimals = 9;  // a tenth of a millimetre
+  const reference::UtmGrid& grid = *ledger.grid;
+  file.write("image,seconds,easting,northing,height,latitude,longitude,submap\n");
+  for (const auto& [number, image] : ledger.images) {
+    if (!image.final) continue;
+    const Eigen::Vector3d& x_in_survey = image.final->survey_from_camera.translation;
+    const Eigen::Vector2d place = grid(Eigen::Vector2d(x_in_survey.head<2>()));
+    const auto geodetic = grid.geodetic(x_in_survey);
+    std::string line = padded(number, 1) + ',' + seconds_text(image.final->time);
+    for (const double value : {place.x(), place.y(), grid.origin().height + x_in_survey.z()})
+      line += ',' + fixed(value, kMetreDecimals);
+    line += ',' + (geodetic ? fixed(geodetic->latitude_deg, kDegreeDecimals) : std::string());
+    line += ',' + (geodetic ? fixed(geodetic->longitude_deg, kDegreeDecimals) : std::string());
+    file.write(line + ',' + padded(image.final->submap, 1) + '\n');
+  }
+  return true;
+}
+
 bool write_alerts(LooseFile& file, const Ledger& ledger) {
   for (const Alert& alert : ledger.alerts) {
     constexpr auto kReplace = nlohmann::ordered_json::error_handler_t::replace;

@@ -128,6 +128,7 @@ void Config::check() const {
     throw InputError("reference.altimeter_below_camera_m must be -10 to 10; the default is 0");
   }
   (void)parse_known_length(known_length);
+  (void)parse_origin(origin);
 }
 
 SurveyFrame::SurveyFrame(Config config, PlaneOf plane_of,
@@ -138,6 +139,7 @@ SurveyFrame::SurveyFrame(Config config, PlaneOf plane_of,
       claims_(config_.altimeter_below_camera_m, parse_known_length(config_.known_length),
               lasers && fault_of(*lasers).empty() ? lasers : std::nullopt),
       attitude_check_(attitude_sigma) {
+  if (const auto origin = parse_origin(config_.origin)) grid_.emplace(*origin);
   if (!lasers) return;
   if (const std::string fault = fault_of(*lasers); !fault.empty()) {
     lasers_alert_ = Alert{0,
@@ -158,8 +160,10 @@ SurveyFrame::SurveyFrame(Config config, PlaneOf plane_of,
 }
 
 std::shared_ptr<const Shot> SurveyFrame::mark(std::shared_ptr<const Shot> shot) {
-  const bool unlevel = attitude_fails_ && shot->frame && shot->frame->attitude;
-  if (!beams_ && !lasers_alert_ && !unlevel) return shot;
+  const bool has_attitude = shot->frame && shot->frame->attitude;
+  const bool unlevel = attitude_fails_ && has_attitude;
+  const bool turned = grid_ && has_attitude;
+  if (!beams_ && !lasers_alert_ && !unlevel && !turned) return shot;
   Shot marked = *shot;
   if (lasers_alert_) {
     lasers_alert_->time = shot->time;
@@ -167,8 +171,9 @@ std::shared_ptr<const Shot> SurveyFrame::mark(std::shared_ptr<const Shot> shot) 
     marked.alerts.push_back(*std::exchange(lasers_alert_, std::nullopt));
   }
   const auto dots = beams_ && shot->frame ? find_laser_dots(*shot->frame, *beams_) : std::nullopt;
-  if (unlevel || dots) {
+  if (unlevel || turned || dots) {
     Frame frame = *shot->frame;
+    if (turned) frame.attitude->yaw -= grid_->convergence();
     if (unlevel) frame.attitude.reset();
     if (dots) {
       claims_.observe(*dots);
@@ -354,6 +359,7 @@ std::vector<Alert> SurveyFrame::observe(const Orientation& orientation) {
   }
   if (orientation.shot && orientation.shot->frame) follow_heading(*orientation.shot->frame);
   check_attitude(orientation);
+  tell_unplaced(orientation);
   std::vector<Alert> alerts = std::exchange(alerts_, {});
   if (const Shot* shot = orientation.shot.get()) {
     for (Alert& alert : alerts) {  // of images before it that only now have a pose
@@ -363,6 +369,20 @@ std::vector<Alert> SurveyFrame::observe(const Orientation& orientation) {
   }
   std::ranges::move(claims_.observe(orientation), std::back_inserter(alerts));
   return alerts;
+}
+
+// Once, when it is clear or becomes so.
+void SurveyFrame::tell_unplaced(const Orientation& orientation) {
+  SurveyAxes by = axes();
+  if (by == SurveyAxes::none && orientation.window) by = orientation.window->axes;
+  if (!grid_ || by == SurveyAxes::none || by == SurveyAxes::attitude) return;
+  if (std::exchange(unplaced_is_told_, true)) return;
+  alerts_.push_back(
+      {0, std::nullopt, AlertKind::sensor_stale,
+       "no AHRS is to be relied on for the map's north: reference.origin cannot place "
+       "it on the earth, and its files keep coordinates of their own",
+       "for a map in UTM, dive or replay with an AHRS that tells roll, pitch and "
+       "heading from the first image on"});
 }
 
 // An image may get its pose long after its shot, while a map is being started.

@@ -11,10 +11,10 @@
 namespace nadir::sensors {
 namespace {
 
-constexpr std::array<std::string_view, 2> kProtocols{"nmea", "mavlink"};
-constexpr std::array<std::string_view, 3> kTransports{"serial", "udp", "tcp"};
+constexpr std::array<std::string_view, 3> kProtocols{"nmea", "mavlink", "iio"};
+constexpr std::array<std::string_view, 4> kTransports{"serial", "udp", "tcp", "device"};
 constexpr std::string_view kEveryAddress = "0.0.0.0";
-constexpr std::uint32_t kHighestPort = 65535, kFastest = 4'000'000;
+constexpr std::uint32_t kHighestPort = 65535, kFastest = 4'000'000, kMostReadings = 100;
 
 [[noreturn]] void refuse(std::string_view text, const std::string& fault) {
   throw InputError("sensor input \"" + std::string(text) + "\": " + fault +
@@ -50,7 +50,8 @@ std::string without_brackets(std::string_view address) {
 }  // namespace
 
 std::string Input::name() const {
-  const bool six = transport != Transport::serial && address.find(':') != std::string::npos;
+  const bool six = transport != Transport::serial && protocol != Protocol::iio &&
+                   address.find(':') != std::string::npos;
   std::string text = std::string(kProtocols[static_cast<std::size_t>(protocol)]) + ':' +
                      std::string(kTransports[static_cast<std::size_t>(transport)]) + ':';
   if (transport != Transport::udp || address != kEveryAddress)
@@ -62,21 +63,28 @@ Input parse_input(std::string_view text) {
   std::string_view rest = text;
   Input input;
   const auto protocol = take<Protocol>(rest, kProtocols);
-  if (!protocol) refuse(text, "does not begin with nmea: or mavlink:");
+  if (!protocol) refuse(text, "does not begin with nmea:, mavlink: or iio:");
   const auto transport = take<Transport>(rest, kTransports);
-  if (!transport) refuse(text, "names neither serial, udp nor tcp");
+  const bool iio = *protocol == Protocol::iio;
+  if (iio && transport != Transport::device) refuse(text, "of iio names no device:NAME:HZ");
+  if (!transport || (!iio && transport == Transport::device))
+    refuse(text, "names neither serial, udp nor tcp");
   input.protocol = *protocol;
   input.transport = *transport;
   // Device names may hold colons.
   const std::size_t colon = rest.rfind(':');
   const bool serial = input.transport == Transport::serial;
   const auto rate = whole_number(colon == rest.npos ? rest : rest.substr(colon + 1),
-                                 serial ? kFastest : kHighestPort);
-  if (!rate) refuse(text, serial ? "ends in no baud rate" : "ends in no port from 1 to 65535");
+                                 serial ? kFastest : (iio ? kMostReadings : kHighestPort));
+  if (!rate) {
+    refuse(text, serial ? "ends in no baud rate"
+                 : iio  ? "ends in no rate from 1 to 100 Hz"
+                        : "ends in no port from 1 to 65535");
+  }
   input.rate = *rate;
   if (colon != rest.npos) input.address = without_brackets(rest.substr(0, colon));
   if (input.address.empty() && input.transport == Transport::udp) input.address = kEveryAddress;
-  if (input.address.empty()) refuse(text, serial ? "names no device" : "names no host");
+  if (input.address.empty()) refuse(text, serial || iio ? "names no device" : "names no host");
   return input;
 }
 

@@ -13,6 +13,7 @@
 #include <chrono>
 #include <variant>
 
+#include "nadir/sensors/iio.hpp"
 #include "nadir/sensors/mavlink.hpp"
 #include "nadir/sensors/nmea.hpp"
 
@@ -103,6 +104,7 @@ class Link {
         input_(std::move(input)),
         callbacks_(callbacks),
         ear_(input_.protocol, counters_),
+        device_("/sys/bus/iio/devices", input_.address),
         timer_(context),
         resolver_(context) {}
 
@@ -116,6 +118,8 @@ class Link {
         return open_udp();
       case Transport::tcp:
         return open_tcp();
+      case Transport::device:
+        return read_device();
     }
   }
 
@@ -148,6 +152,24 @@ class Link {
     if (error) return close(error);
     opened();
     read(socket);
+  }
+
+  // Its file waits for the sensor, some hundredths of a second.
+  void read_device() {
+    const Time time = now();
+    const Reading reading = device_.read();
+    const bool good = device_.fault().empty();
+    if (good) {
+      opened();
+      ++counters_.used;
+      callbacks_.heard({index_, time, reading});
+    } else if (std::exchange(state_, State::failed) != State::failed) {
+      callbacks_.link({index_, time, input_.name() + ": " + device_.fault()});
+    }
+    timer_.expires_after(good ? std::chrono::milliseconds(1000 / input_.rate) : kRetry);
+    timer_.async_wait([this](error_code stopped) {
+      if (!stopped) read_device();
+    });
   }
 
   void open_tcp() {
@@ -250,6 +272,7 @@ class Link {
   Listener::Callbacks& callbacks_;
   Counters counters_;
   Ear ear_;
+  IioDevice device_;
   asio::steady_timer timer_;
   tcp::resolver resolver_;
   std::variant<std::monostate, asio::serial_port, udp::socket, tcp::socket> port_;

@@ -91,8 +91,8 @@ class Sender {
   explicit Sender(const Output& output)
       : protocol(output.protocol),
         destination_(*destination_of(output.address, output.port)),
-        socket_(::socket(destination_.address.ss_family,
-                         SOCK_DGRAM | SOCK_NONBLOCK | SOCK_CLOEXEC, 0)) {
+        socket_(::socket(destination_.address.ss_family, SOCK_DGRAM | SOCK_NONBLOCK | SOCK_CLOEXEC,
+                         0)) {
     const int yes = 1;
     ::setsockopt(socket_, SOL_SOCKET, SO_BROADCAST, &yes, sizeof yes);
   }
@@ -116,10 +116,15 @@ class Sender {
 
 json as_json(const Eigen::Vector3d& v) { return {v.x(), v.y(), v.z()}; }
 
-// Roll, pitch and yaw of body (FRD) to north-east-down; survey is east-north-up.
+// Survey is east-north-up, but for the convergence.
+Eigen::Matrix3d ned_from_survey(const Pose& pose) {
+  const Eigen::Matrix3d grid_ned{{0, 1, 0}, {1, 0, 0}, {0, 0, -1}};
+  return Eigen::AngleAxisd(pose.convergence, Eigen::Vector3d::UnitZ()) * grid_ned;
+}
+
+// Roll, pitch and yaw of body (FRD) to north-east-down.
 Attitude attitude_of(const Pose& pose) {
-  const Eigen::Matrix3d ned_from_survey{{0, 1, 0}, {1, 0, 0}, {0, 0, -1}};
-  const Eigen::Matrix3d r = ned_from_survey * pose.survey_from_body.toRotationMatrix();
+  const Eigen::Matrix3d r = ned_from_survey(pose) * pose.survey_from_body.toRotationMatrix();
   return {std::atan2(r(2, 1), r(2, 2)), -std::asin(std::clamp(r(2, 0), -1.0, 1.0)),
           std::atan2(r(1, 0), r(0, 0))};
 }
@@ -142,6 +147,7 @@ std::string pose_json(const Pose& pose) {
     object["roll_deg"] = attitude.roll / kDegree;
     object["pitch_deg"] = attitude.pitch / kDegree;
     object["heading_deg"] = as_heading(attitude.yaw) / kDegree;
+    if (pose.convergence != 0) object["grid_convergence_deg"] = pose.convergence / kDegree;
   }
   if (pose.geodetic) {
     object["latitude"] = pose.geodetic->latitude_deg;
@@ -227,9 +233,9 @@ void PoseOutput::State::send_mavlink(const Pose& pose) {
   if (!pose.metric || !pose.north || !pose.tracked) return;
   if (submap && *submap != pose.submap) ++resets;
   submap = pose.submap;
-  const Eigen::Vector3d& p = pose.position;
-  const VisionPosition estimate{pose.time,          {p.y(), p.x(), -p.z()}, attitude_of(pose),
-                                pose.position_sigma, pose.angle_sigma,       resets};
+  const VisionPosition estimate{pose.time,         ned_from_survey(pose) * pose.position,
+                                attitude_of(pose), pose.position_sigma,
+                                pose.angle_sigma,  resets};
   send(OutputProtocol::mavlink, mavlink_vision_position(estimate, system, sequence++));
 }
 

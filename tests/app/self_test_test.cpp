@@ -86,8 +86,10 @@ TEST_F(SelfTest, CallsMissingCamerasAndCalibrationsBad) {
   EXPECT_EQ(check_cameras(config, 1s)[0].verdict, Verdict::bad);
   write("camera.yml",
         "%YAML:1.0\n---\nimage_width: 640\nimage_height: 360\n"
-        "camera_matrix: [500., 0., 319.5, 0., 500., 179.5, 0., 0., 1.]\n"
-        "distortion_coefficients: [0., 0., 0., 0., 0.]\n");
+        "camera_matrix: !!opencv-matrix\n  rows: 3\n  cols: 3\n  dt: d\n"
+        "  data: [500., 0., 319.5, 0., 500., 179.5, 0., 0., 1.]\n"
+        "distortion_coefficients: !!opencv-matrix\n  rows: 1\n  cols: 5\n  dt: d\n"
+        "  data: [0., 0., 0., 0., 0.]\n");
   config.capture.camera = "/dev/no-such-camera";
   const auto findings = check_cameras(config, 1s);
   ASSERT_EQ(findings.size(), 2u);

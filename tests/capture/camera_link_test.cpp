@@ -80,6 +80,7 @@ TEST_F(CameraLinkTest, TellsOnceThatThereIsNoCameraAndLooksForItAllTheTime) {
   EXPECT_GE(script.opened, 10);  // at least every second
   EXPECT_LE(script.opened, 15);
   script.fault.clear();
+  now = link.due();
   link.keep_open(now, alerts);
   EXPECT_TRUE(link.is_open());
   EXPECT_EQ(alerts.size(), 1u);  // it may give none

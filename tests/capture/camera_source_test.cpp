@@ -20,19 +20,19 @@ using Clock = std::chrono::steady_clock;
 using namespace std::chrono_literals;
 using testing::HasSubstr;
 
-constexpr const char* kCamera = R"(%YAML:1.0
----
-image_width: 640
-image_height: 360
-camera_matrix: [500., 0., 319.5, 0., 500., 179.5, 0., 0., 1.]
-distortion_coefficients: [0., 0., 0., 0., 0.]
-)";
-constexpr const char* kRight =
-    R"(camera_matrix_right: [500., 0., 319.5, 0., 500., 179.5, 0., 0., 1.]
-distortion_coefficients_right: [0., 0., 0., 0., 0.]
-R: [1., 0., 0., 0., 1., 0., 0., 0., 1.]
-T: [-0.1, 0., 0.]
-)";
+std::string matrix(const std::string& name, int rows, int columns, const std::string& values) {
+  return name + ": !!opencv-matrix\n  rows: " + std::to_string(rows) +
+         "\n  cols: " + std::to_string(columns) + "\n  dt: d\n  data: [" + values + "]\n";
+}
+
+const std::string kCamera =
+    "%YAML:1.0\n---\nimage_width: 640\nimage_height: 360\n" +
+    matrix("camera_matrix", 3, 3, "500., 0., 319.5, 0., 500., 179.5, 0., 0., 1.") +
+    matrix("distortion_coefficients", 1, 5, "0., 0., 0., 0., 0.");
+const std::string kRight =
+    matrix("camera_matrix_right", 3, 3, "500., 0., 319.5, 0., 500., 179.5, 0., 0., 1.") +
+    matrix("distortion_coefficients_right", 1, 5, "0., 0., 0., 0., 0.") +
+    matrix("R", 3, 3, "1., 0., 0., 0., 1., 0., 0., 0., 1.") + matrix("T", 3, 1, "-0.1, 0., 0.");
 
 class CameraSourceTest : public testing::Test {
  protected:
@@ -67,7 +67,7 @@ TEST_F(CameraSourceTest, RefusesSettingsThatCannotBeRight) {
   EXPECT_THAT(refusal(), HasSubstr("tell the two cameras of a pair apart"));
   config.camera = "A";
   EXPECT_THAT(refusal(), HasSubstr("calibrate the pair"));
-  calibrate(std::string(kCamera) + kRight);
+  calibrate(kCamera + kRight);
   EXPECT_EQ(refusal(), "");
   config.camera = "/dev/video0";
   EXPECT_THAT(refusal(), HasSubstr("/dev/v4l/by-path"));
@@ -130,15 +130,16 @@ TEST_F(LiveSourceTest, GivesImagesAtTheRateAskedFor) {
     EXPECT_EQ(shot->frame->colour.size(), cv::Size(640, 360));
     EXPECT_EQ(shot->frame->grey.size(), cv::Size(640, 360));
     EXPECT_TRUE(shot->frame->right.empty());
-    if (i > 0 && shot->missed_before == 0) EXPECT_NEAR(seconds(shot->time - before), 0.25, 0.06);
+    if (i > 0 && shot->missed_before == 0) {
+      EXPECT_NEAR(seconds(shot->time - before), 0.25, 0.06);
+    }
     before = shot->time;
   }
 }
 
 TEST_F(LiveSourceTest, PairsTwoCameras) {
-  calibrate(std::string(kCamera) + kRight);
+  calibrate(kCamera + kRight);
   // By their buses, since video0 may be another after the next start.
-  const auto devices = v4l2_devices();
   config.camera = "platform:vivid-000";
   config.camera_right = "platform:vivid-001";
   CameraSource source(config);

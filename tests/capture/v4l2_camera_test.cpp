@@ -79,10 +79,11 @@ TEST_F(V4l2CameraTest, StampsPicturesByTheMonotonicClock) {
     ASSERT_TRUE(taken.picture) << taken.gone;
     const Time now =
         std::chrono::nanoseconds(std::chrono::steady_clock::now().time_since_epoch()).count();
-    EXPECT_LT(taken.picture->time, now);
+    EXPECT_LT(taken.picture->time, now + from_seconds(0.1));  // of its end, says the driver
     EXPECT_GT(taken.picture->time, now - from_seconds(1));
-    if (before && taken.picture->lost_before == 0)
+    if (before && taken.picture->lost_before == 0) {
       EXPECT_NEAR(seconds(taken.picture->time - *before), 0.1, 0.02);
+    }
     before = taken.picture->time;
   }
 }
@@ -127,8 +128,15 @@ TEST_F(V4l2CameraTest, EndsWhenTheCameraIsUnplugged) {
   while (taken.picture) taken = next();  // those that were there already
   EXPECT_NE(taken.gone, "");
   camera.reset();
-  EXPECT_NE(open_v4l2(node, mode).fault, "");
+  camera = open();  // this driver plugs it in again when nobody has it open
+  ASSERT_TRUE(camera);
+  EXPECT_TRUE(next().picture);
   unplug_vivid();
+  taken = next();
+  while (taken.picture) taken = next();
+  EXPECT_NE(taken.gone, "");
+  camera.reset();
+  EXPECT_NE(open_v4l2(node, mode).fault, "");
   plug_vivid();
   ASSERT_FALSE(vivid_nodes().empty());
   node = vivid_nodes().front();

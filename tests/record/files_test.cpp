@@ -374,9 +374,8 @@ TEST(DiveJson, CountsEveryImageOnce) {
   EXPECT_EQ(counts["captured"], 9);
   EXPECT_EQ(counts["oriented"], 2);
   EXPECT_EQ(counts["lost"], 1);
-  EXPECT_EQ(
-      counts["dropped"],
-      (json{{"image_rejected", 1}, {"queue_full", 3}, {"camera", 2}, {"storage", 0}}));
+  EXPECT_EQ(counts["dropped"],
+            (json{{"image_rejected", 1}, {"queue_full", 3}, {"camera", 2}, {"storage", 0}}));
 }
 
 TEST(DiveJson, SaysWhatTheDiveIs) {

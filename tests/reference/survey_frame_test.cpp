@@ -406,6 +406,47 @@ TEST(SurveyFrame, AhrsThatTurnsTheOtherWayIsToldOnceAndLeftOut) {
   EXPECT_EQ(told, 1u);
 }
 
+// The grid's north lies west of true north here: what points north has a bearing of its own on it.
+TEST(SurveyFrame, WithAnOriginTheGridsNorthIsY) {
+  Config config;
+  config.origin = "60.4 3.2";
+  const double convergence = UtmGrid({60.4, 3.2, 0}).convergence();
+  ASSERT_LT(convergence, -0.08);
+  Dive dive = dive_in_camera_frame(true, true);
+  SurveyFrame survey(config, no_plane);
+  for (auto& frame : dive.frames) frame = survey.mark(Following::shot(*frame))->frame;
+  const Rigid3 pose = survey.place(dive.window, dive.frames).survey_from_odometry.rigid *
+                      dive.window.images[2].survey_from_camera;
+  EXPECT_EQ(survey.axes(), SurveyAxes::attitude);
+  const Quaterniond grid_from_enu(AngleAxisd(convergence, Vector3d::UnitZ()));
+  const Vector3d centre(10, 20, -3);
+  EXPECT_NEAR(pose.rotation.angularDistance(grid_from_enu * dive.enu_from_camera[2].rotation), 0,
+              1e-7);
+  EXPECT_NEAR(
+      (pose.translation - grid_from_enu * (dive.enu_from_camera[2].translation - centre)).norm(), 0,
+      1e-9);
+  Orientation seen;
+  seen.shot = Following::shot(*dive.frames[2]);
+  EXPECT_TRUE(survey.observe(seen).empty());
+}
+
+TEST(SurveyFrame, OriginThatCannotPlaceTheMapIsToldOnce) {
+  Config config;
+  config.origin = "60.4 3.2";
+  const Dive dive = dive_in_camera_frame(false, true);
+  SurveyFrame survey(config, true_plane);
+  Orientation seen;
+  seen.shot = Following::shot(*dive.frames[2]);
+  EXPECT_TRUE(survey.observe(seen).empty());  // not known yet
+  survey.place(dive.window, dive.frames);
+  const auto alerts = survey.observe(seen);
+  ASSERT_EQ(alerts.size(), 1u);
+  EXPECT_EQ(alerts[0].kind, AlertKind::sensor_stale);
+  EXPECT_EQ(alerts[0].image, 2u);
+  EXPECT_NE(alerts[0].message.find("reference.origin"), std::string::npos);
+  EXPECT_TRUE(survey.observe(seen).empty());
+}
+
 TEST(SurveyFrame, LasersThatNobodySeesAreTold) {
   const Dive dive = dive_in_camera_frame(true, true);
   calibration::Lasers lasers;

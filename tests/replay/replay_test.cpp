@@ -77,6 +77,71 @@ TEST(Replay, StereoSurveyIsMappedInMetres) {
             0.02);  // half-size images: twice the noise of the full ones, on a path of 3 m
 }
 
+// Metres east and north of the first image, from latitudes and longitudes.
+std::vector<Eigen::Vector2d> east_north_of(const fs::path& track) {
+  constexpr double kDegree = M_PI / 180, kAxis = 6'378'137, kEccentricity2 = 0.00669437999;
+  std::vector<Eigen::Vector2d> places;
+  for (const auto& row : rows_of(track))
+    places.emplace_back(std::stod(row.at(6)) * kDegree, std::stod(row.at(5)) * kDegree);
+  if (places.empty()) return places;
+  const Eigen::Vector2d first = places.front();
+  const double sine = std::sin(first.y());
+  const double w = std::sqrt(1 - kEccentricity2 * sine * sine);
+  for (Eigen::Vector2d& place : places) {
+    const Eigen::Vector2d way = place - first;
+    place = {way.x() * kAxis / w * std::cos(first.y()),
+             way.y() * kAxis * (1 - kEccentricity2) / (w * w * w)};
+  }
+  return places;
+}
+
+// The grid's north is 5 degrees west of true north here, and yet every image lies in its direction
+// from the first.
+TEST(Replay, WithAnOriginTheMapIsOnTheUtmGridAndTrueOnTheEarth) {
+  const Dive plain = replay(pool(), "plain"),
+             dive = replay(pool(), "utm", "--set reference.origin='60.4 3.2'");
+  ASSERT_EQ(plain.status, 0) << contents(plain.log);
+  ASSERT_EQ(dive.status, 0) << contents(dive.log);
+  EXPECT_EQ(contents(dive.folder / "alerts.jsonl"), contents(plain.folder / "alerts.jsonl"));
+  const auto json = dive_json(dive.folder);
+  EXPECT_EQ(json["origin"]["placed"], true);
+  EXPECT_EQ(json["origin"]["epsg"], 32632);
+  EXPECT_FALSE(dive_json(plain.folder).contains("origin"));
+  EXPECT_FALSE(fs::exists(plain.folder / "track.csv"));
+
+  std::vector<Eigen::Vector2d> expected;
+  for (const auto& [ms, pose] : poses(plain.folder / "trajectory.tum"))
+    expected.push_back(pose.translation().head<2>());
+  const std::vector<Eigen::Vector2d> track = east_north_of(dive.folder / "track.csv");
+  ASSERT_EQ(track.size(), 12u);
+  ASSERT_EQ(expected.size(), 12u);
+  EXPECT_GT((expected.back() - expected.front()).norm(), 1);
+  // Turned axes round otherwise, and robust choices may fall otherwise; 5 degrees would be 9 cm a
+  // metre.
+  for (std::size_t i = 0; i < track.size(); ++i)
+    EXPECT_LT((track[i] - (expected[i] - expected[0])).norm(), 0.01) << i;
+
+  // The mosaics lie around the origin, on the grid.
+  std::ifstream world(dive.folder / "mosaic2d" / "mosaic-000.pgw");
+  double a = 0, d = 0, b = 0, e = 0, easting = 0, northing = 0;
+  ASSERT_TRUE(world >> a >> d >> b >> e >> easting >> northing);
+  EXPECT_NEAR(easting, json["origin"]["easting_m"].get<double>(), 10);
+  EXPECT_NEAR(northing, json["origin"]["northing_m"].get<double>(), 10);
+  EXPECT_NE(contents(dive.folder / "mosaic2d" / "mosaic-000.png.aux.xml").find("UTM zone 32N"),
+            std::string::npos);
+
+  // And so they are once recovered.
+  const fs::path again = fresh_folder("utm-recovered");
+  fs::copy(dive.folder, again, fs::copy_options::recursive);
+  for (const char* name : {"dive.json", "track.csv", "mosaic2d/mosaic-000.pgw"})
+    fs::remove(again / name);
+  ASSERT_EQ(run("'" + kNadir + "' recover '" + again.string() + "'", fresh_folder("recover.log")),
+            0);
+  for (const char* name : {"track.csv", "mosaic2d/mosaic-000.pgw"})
+    EXPECT_EQ(contents(again / name), contents(dive.folder / name)) << name;
+  EXPECT_EQ(dive_json(again)["origin"], json["origin"]);
+}
+
 TEST(Replay, WindowsOfOtherLengthsMapAsWell) {
   for (const int window : {3, 10}) {
     const std::string of = std::to_string(window);

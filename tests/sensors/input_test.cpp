@@ -13,6 +13,7 @@ TEST(Input, IsReadAndNamedTheSameWay) {
   for (const char* text :
        {"nmea:serial:/dev/ttyUSB0:4800", "mavlink:udp:14550", "nmea:udp:127.0.0.1:10110",
         "nmea:tcp:gps.local:2000", "mavlink:tcp:[fe80::1]:5760", "nmea:udp:[::]:10110",
+        "iio:device:ms5837-30ba:20",
         "mavlink:serial:/dev/serial/by-path/pci-0000:00:14.0-usb-0:2:1.0-port0:115200"}) {
     EXPECT_EQ(parse_input(text).name(), text);
   }
@@ -34,7 +35,7 @@ TEST(Input, ListsAreSplitAtSpaces) {
 }
 
 TEST(Input, MalformedIsRefusedWithItsFaultAndTheForm) {
-  for (const auto& [text, fault] : {std::pair{"gps:udp:1", "nmea: or mavlink:"},
+  for (const auto& [text, fault] : {std::pair{"gps:udp:1", "mavlink: or iio:"},
                                     {"nmea:usb:1", "serial, udp nor tcp"},
                                     {"nmea:udp:", "no port"},
                                     {"nmea:udp:0", "no port"},
@@ -45,7 +46,12 @@ TEST(Input, MalformedIsRefusedWithItsFaultAndTheForm) {
                                     {"nmea:serial:/dev/ttyS0", "no baud rate"},
                                     {"nmea:serial:/dev/ttyS0:0", "no baud rate"},
                                     {"nmea", "serial, udp nor tcp"},
-                                    {"", "nmea: or mavlink:"}}) {
+                                    {"nmea:device:x:1", "serial, udp nor tcp"},
+                                    {"iio:udp:1", "device:NAME:HZ"},
+                                    {"iio:device:ms5837:0", "no rate"},
+                                    {"iio:device:ms5837:101", "no rate"},
+                                    {"iio:device:20", "no device"},
+                                    {"", "mavlink: or iio:"}}) {
     try {
       (void)parse_input(text);
       ADD_FAILURE() << text;

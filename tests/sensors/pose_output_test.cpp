@@ -62,11 +62,10 @@ class Receiver {
 // 30 degrees east of north, 10 nose up, 5 to the right: east-north-up from forward-right-down.
 Pose tilted_pose() {
   const Eigen::Matrix3d survey_from_ned{{0, 1, 0}, {1, 0, 0}, {0, 0, -1}};
-  const Eigen::Matrix3d ned_from_body =
-      (Eigen::AngleAxisd(30 * kDegree, Eigen::Vector3d::UnitZ()) *
-       Eigen::AngleAxisd(10 * kDegree, Eigen::Vector3d::UnitY()) *
-       Eigen::AngleAxisd(5 * kDegree, Eigen::Vector3d::UnitX()))
-          .toRotationMatrix();
+  const Eigen::Matrix3d ned_from_body = (Eigen::AngleAxisd(30 * kDegree, Eigen::Vector3d::UnitZ()) *
+                                         Eigen::AngleAxisd(10 * kDegree, Eigen::Vector3d::UnitY()) *
+                                         Eigen::AngleAxisd(5 * kDegree, Eigen::Vector3d::UnitX()))
+                                            .toRotationMatrix();
   Pose pose;
   pose.time = 12'500'000'000;
   pose.image = 7;
@@ -141,6 +140,31 @@ TEST(PoseOutput, SendsAnAutopilotWhatItCanSteerBy) {
   EXPECT_EQ(receiver.next(), "");
 }
 
+// The grid's north is 3 degrees east of true north: what is sent to others is by true north.
+TEST(PoseOutput, OfAMapOnAGridTellsTrueNorth) {
+  const Receiver receiver;
+  PoseOutput json_output(parse_outputs("json:udp:127.0.0.1:" + receiver.port()), 1);
+  PoseOutput mavlink_output(parse_outputs("mavlink:udp:127.0.0.1:" + receiver.port()), 1);
+  Pose pose = tilted_pose();
+  pose.convergence = 3 * kDegree;
+  pose.position = {0, 100, -3};
+  json_output.send(pose);
+  const json told = json::parse(receiver.next());
+  EXPECT_NEAR(told["heading_deg"].get<double>(), 33, 1e-9);
+  EXPECT_NEAR(told["roll_deg"].get<double>(), 5, 1e-9);
+  EXPECT_NEAR(told["grid_convergence_deg"].get<double>(), 3, 1e-9);
+  EXPECT_EQ(told["position"], json({0.0, 100.0, -3.0}));
+  mavlink_output.send(pose);
+  receiver.next();  // the heartbeat
+  const std::string vision = receiver.next();
+  constexpr std::size_t kHeader = 10;
+  ASSERT_GT(vision.size(), kHeader + 32);
+  const std::array expected{100 * std::cos(3 * kDegree), 100 * std::sin(3 * kDegree), 3.0,
+                            5 * kDegree, 10 * kDegree, 33 * kDegree};
+  for (std::size_t i = 0; i < expected.size(); ++i)
+    EXPECT_NEAR(float_at(vision, kHeader + 8 + 4 * i), expected.at(i), 1e-5) << i;
+}
+
 TEST(PoseOutput, SendsSentencesThatChartsRead) {
   const Receiver receiver;
   PoseOutput output(parse_outputs("nmea:udp:127.0.0.1:" + receiver.port()), 1);
@@ -150,7 +174,8 @@ TEST(PoseOutput, SendsSentencesThatChartsRead) {
   std::setlocale(LC_ALL, "de_DE.UTF-8");  // where it is installed
   output.send(pose);
   std::setlocale(LC_ALL, locale.c_str());
-  const NmeaSentence heading = decode_nmea(receiver.next()), position = decode_nmea(receiver.next());
+  const NmeaSentence heading = decode_nmea(receiver.next()),
+                     position = decode_nmea(receiver.next());
   ASSERT_EQ(heading.fault, NmeaFault::none);
   EXPECT_NEAR(*heading.reading.heading, 30 * kDegree, 1e-4);
   EXPECT_EQ(position.kind, "GGA");

@@ -4,6 +4,9 @@
 #pragma once
 
 #include <stop_token>
+#include <string>
+#include <utility>
+#include <vector>
 
 #include "nadir/capture/source.hpp"
 
@@ -15,9 +18,9 @@ namespace nadir::capture {
 /// libcamera, by its id or the end of it, and "libcamera:auto" for the only one.
 class CameraSource {
  public:
-  /// Opens no camera yet. Throws InputError when the calibration is missing, malformed or not of as
-  /// many cameras.
-  explicit CameraSource(const Config& config);
+  /// keep_originals: shots carry the images as they came. Opens no camera yet. Throws InputError
+  /// when the calibration is missing, malformed or not of as many cameras.
+  explicit CameraSource(const Config& config, bool keep_originals = false);
   ~CameraSource();
 
   /// Waits for the next image or pair, a second at most; none once told to stop. Cameras that are
@@ -29,6 +32,9 @@ class CameraSource {
   /// At the processed scale; has a right camera only for a pair.
   std::shared_ptr<const CameraRig> rig() const;
   const std::optional<calibration::Lasers>& lasers() const;
+  /// How fast the ground moves in the images at the processed scale, px a second, 0: unknown; for
+  /// the exposure. Any thread.
+  void note_speed(double px_a_second);
   /// Right minus left time of a pair's pictures, the median of the last twenty; none before.
   std::optional<Time> skew() const;
 
@@ -36,5 +42,9 @@ class CameraSource {
   struct State;
   std::unique_ptr<State> state_;
 };
+
+/// Names and contents of the files that a survey folder of this camera needs: calib.yml, and
+/// lasers.yml if there is one.
+std::vector<std::pair<std::string, std::string>> calibration_files(const Config& config);
 
 }  // namespace nadir::capture

@@ -29,11 +29,12 @@ struct Config {
 
   // Live cameras.
   std::string camera = "auto";  ///< of a pair the left one; "auto", or as CameraSource says
-  std::string camera_right;     ///< empty: a single camera
+  std::string camera_right{};   ///< empty: a single camera
   std::string calibration = "/etc/nadir/camera.yml";  ///< lasers.yml lies beside it
-  double exposure_ms = 0;                             ///< 0: automatic
-  double gain = -1;                                   ///< in the camera's unit; -1: automatic
+  double exposure_ms = 0;                             ///< 0: steered by light and speed
+  double gain = -1;                                   ///< in the camera's unit; -1: likewise
   double focus = -1;       ///< in the camera's unit; -1: as it is. It never focuses by itself
+  double max_blur_px = 1;  ///< full-size pixels that motion may smear; exposures keep to it
   double max_skew_ms = 2;  ///< between the pictures of a pair, before it is told
 
   /// Throws InputError naming the setting that is out of range.

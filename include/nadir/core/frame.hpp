@@ -56,6 +56,11 @@ struct Frame {
   std::optional<double> altitude;  ///< metres to the seabed along the sounder
 };
 
+/// Images as the camera gave them, JPEG files.
+struct OriginalImages {
+  std::vector<std::uint8_t> left, right;  ///< right empty when mono
+};
+
 /// What became of one image of the input: a frame, or the alerts that say why not.
 /// Image numbers may skip: those between two shots were missed by the camera, or dropped by a full
 /// queue, and are counted here.
@@ -67,6 +72,7 @@ struct Shot {
   std::vector<Alert> alerts;
   std::uint32_t dropped_before = 0;
   std::uint32_t missed_before = 0;
+  std::shared_ptr<const OriginalImages> originals{};  ///< of live cameras, when they are to be kept
 };
 
 }  // namespace nadir

@@ -41,6 +41,9 @@ class Mosaicker {
   /// the plane is too steep for a north-up raster, or the image centre does not meet it in range.
   MosaicUpdate process(std::shared_ptr<const Surface> surface);
 
+  /// Pixels this many times as large from the next image on, in a new mosaic; 1 as configured.
+  void coarsen(double factor);
+
   /// No more surfaces come: lets the mosaic's memory go.
   void finish();
 

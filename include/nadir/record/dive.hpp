@@ -8,20 +8,27 @@
 #include <filesystem>
 #include <memory>
 #include <nlohmann/json.hpp>
+#include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "nadir/core/cloud.hpp"
 #include "nadir/core/revision.hpp"
 #include "nadir/core/tile.hpp"
+#include "nadir/reference/geodetic.hpp"
 
 namespace nadir::record {
 
 class Disk;
 
+/// Which images of live cameras are kept as they came, beside the projected ones.
+enum class Originals { none, key_frames, all };
+
 struct Config {
   std::string dives = "/var/lib/nadir/dives";  ///< of the service, a folder each
 
+  Originals originals = Originals::none;  ///< in DIVE/survey, which can be replayed
   bool projected = true;   ///< save each projected image; without them mosaics cannot be recovered
   bool small_png = false;  ///< smaller projected images for a little more time
 
@@ -33,6 +40,11 @@ struct Config {
 struct DiveInfo {
   /// Members of dive.json as they are: input, configuration, versions.
   nlohmann::json about = nlohmann::json::object();
+  /// Copied into the survey folder of the originals: names and contents.
+  std::vector<std::pair<std::string, std::string>> survey_files{};
+  /// Of the survey. Where the survey is in metres and its axes are by attitude, the files for GIS
+  /// are on the UTM grid around it; y is then the grid's north.
+  std::optional<reference::Geodetic> origin{};
 };
 
 /// All that was made of one shot, or (an orientation without a shot) after the last; any of

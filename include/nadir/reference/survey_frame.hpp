@@ -14,6 +14,7 @@
 #include "nadir/core/surface.hpp"
 #include "nadir/core/window.hpp"
 #include "nadir/reference/attitude_check.hpp"
+#include "nadir/reference/geodetic.hpp"
 #include "nadir/reference/scale_claims.hpp"
 
 namespace nadir::reference {
@@ -30,6 +31,10 @@ struct Config {
 
   double altimeter_below_camera_m = 0;  ///< along the vehicle's down axis, from the lens
   std::string known_length;             ///< see parse_known_length; empty: none
+
+  /// Of the ground where the first map's middle lies; see parse_origin; empty: unknown. With it the
+  /// survey's y axis, if by the AHRS, is north of the UTM grid instead of true north.
+  std::string origin;
 
   /// Throws InputError naming the setting, its value and the allowed range.
   void check() const;
@@ -51,7 +56,8 @@ class SurveyFrame {
               const AttitudeSigma& attitude_sigma = {});
 
   /// Before a shot is oriented: the same, or with the lasers' dots marked as hidden, or without
-  /// its attitude once the AHRS was found to contradict the images.
+  /// its attitude once the AHRS was found to contradict the images. With an origin, its yaw is
+  /// from then on the grid's, not from true north.
   std::shared_ptr<const Shot> mark(std::shared_ptr<const Shot> shot);
 
   /// initial: in the odometry frame of the new sub-map; frames: of initial.images, in their order.
@@ -99,6 +105,7 @@ class SurveyFrame {
                const Frame& first);
   Eigen::Quaterniond upright(const Window& initial, const std::optional<Plane>& plane) const;
   void leave_out_attitude();
+  void tell_unplaced(const Orientation& orientation);
   void check_attitude(const Orientation& orientation);
   void follow_heading(const Frame& frame);
   double turned_by(Time time) const;
@@ -107,6 +114,8 @@ class SurveyFrame {
 
   Config config_;
   PlaneOf plane_of_;
+  std::optional<UtmGrid> grid_;    ///< with an origin
+  bool unplaced_is_told_ = false;  ///< that the origin does not place the map
   SurveyAxes axes_ = SurveyAxes::none;
   Scale scale_;
   std::optional<LastSeen> last_;

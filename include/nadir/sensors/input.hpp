@@ -10,21 +10,24 @@
 
 namespace nadir::sensors {
 
-enum class Protocol { nmea, mavlink };
-enum class Transport { serial, udp, tcp };
+enum class Protocol { nmea, mavlink, iio };
+enum class Transport { serial, udp, tcp, device };
 
 struct Input {
   Protocol protocol{};
   Transport transport{};
-  std::string address;     ///< device file; name or number of the host; udp: of the own address
-  std::uint32_t rate = 0;  ///< of a serial line, baud; else the port
+  /// Device file; name or number of the host; udp: of the own address; IIO: the device's name.
+  std::string address;
+  std::uint32_t rate =
+      0;  ///< of a serial line, baud; of an IIO device, readings a second; the port
 
   std::string name() const;  ///< as parse_input takes it
 };
 
 /// PROTOCOL:serial:DEVICE:BAUD, PROTOCOL:udp:[ADDRESS:]PORT (listens, on every address unless one
 /// is given) or PROTOCOL:tcp:HOST:PORT (connects); protocol: nmea or mavlink. An IPv6 address
-/// stands in brackets. Throws InputError naming the fault and the form.
+/// stands in brackets. iio:device:NAME:HZ reads a pressure sensor of the board. Throws InputError
+/// naming the fault and the form.
 Input parse_input(std::string_view text);
 
 /// Several, with spaces between; none for an empty text.

@@ -34,12 +34,13 @@ struct Pose {
   Time time = 0;  ///< of the images' clock
   std::uint64_t image = 0;
   std::uint32_t submap = 0;
-  bool tracked = false;  ///< else dead reckoned
+  bool tracked = false;                                ///< else dead reckoned
   Eigen::Vector3d position = Eigen::Vector3d::Zero();  ///< of the camera, survey
   Eigen::Quaterniond survey_from_body = Eigen::Quaterniond::Identity();
   double position_sigma = 0, angle_sigma = 0;  ///< against the image before; 0: unknown
   bool metric = false;                         ///< survey units are metres
   bool north = false;                          ///< survey y is north and z is up
+  double convergence = 0;  ///< from true north to survey y, clockwise seen from above, radians
   std::optional<Position> geodetic;
 };
 

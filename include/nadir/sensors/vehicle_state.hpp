@@ -28,7 +28,8 @@ struct Config {
 
   double surface_pressure_hpa = 1013.25;  ///< of the air, for the depth by pressure
   double water_density = 1025;            ///< kilograms a cubic metre; lakes and pools: 1000
-  /// True minus magnetic north, east positive; used while no sensor tells it.
+  /// True minus magnetic north, east positive; used while no sensor tells it. When it is set, the
+  /// magnetic model of reference.origin is not asked.
   double magnetic_variation_deg = 0;
 
   std::string outputs;              ///< see parse_outputs; empty: nothing is sent
