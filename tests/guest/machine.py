@@ -1,0 +1,167 @@
+# SPDX-FileCopyrightText: nadir contributors
+# SPDX-License-Identifier: Apache-2.0
+"""A Debian guest under qemu's software emulation: boot, command, power cut. All times are its CLOCK_MONOTONIC, in seconds."""
+import collections
+import itertools
+import json
+import os
+import pathlib
+import queue
+import shlex
+import socket
+import subprocess
+import threading
+import time
+
+HERE = pathlib.Path(__file__).resolve().parent
+BOOT_LIMIT_S = 120
+COMMAND_LIMIT_S = 60
+
+Result = collections.namedtuple("Result", "status out begin end")
+Line = collections.namedtuple("Line", "text at")
+
+
+class Failed(Exception):
+    pass
+
+
+class Machine:
+    """One guest with its own disk, a thin layer over the image in `image`; `folder` keeps the disk and the console's log.
+
+    shares: {name: host folder}, read-only at /host/name in the guest. page: the host's port of the guest's port 8765.
+    """
+
+    def __init__(self, image, folder, shares=None, cpus=2, memory_mb=2048):
+        self.image = pathlib.Path(image)
+        self.folder = pathlib.Path(folder)
+        self.shares = {"guest": HERE, **(shares or {})}
+        self.cpus = cpus
+        self.memory_mb = memory_mb
+        self.page = free_port()
+        self.qemu = None
+        self.folder.mkdir(parents=True, exist_ok=True)
+        self.disk = self.folder / "disk.qcow2"
+        self.disk.unlink(missing_ok=True)
+        check_call("qemu-img", "create", "-q", "-f", "qcow2", "-F", "raw", "-b", self.image / "disk.ext4", self.disk)
+
+    def boot(self):
+        """Starts the guest; returns once its agent answers and what it has at boot has started."""
+        agent = self.folder / "agent"
+        agent.unlink(missing_ok=True)
+        self.qemu = subprocess.Popen([str(word) for word in self.command_line(agent)], stdin=subprocess.DEVNULL,
+                                     stderr=open(self.folder / "qemu.log", "w"))
+        self.port = connect(agent, self.qemu)
+        self.ids = itertools.count(1)
+        self.answers = {0: queue.Queue()}
+        threading.Thread(target=self.listen, args=(self.port.makefile("rb"), self.answers), daemon=True).start()
+        self.answer(0, BOOT_LIMIT_S)
+        for name in self.shares:
+            if name != "guest":
+                self.command(f"mkdir -p /host/{name} && mount -t 9p -o ro,trans=virtio,version=9p2000.L,msize=262144,cache=loose {name} /host/{name}")
+        return self
+
+    def command_line(self, agent):
+        kernel = "console=ttyS0 quiet loglevel=4 net.ifnames=0 mitigations=off audit=0 tsc=reliable systemd.show_status=0"
+        yield from ("qemu-system-x86_64", "-accel", "tcg,thread=multi,tb-size=512", "-machine", "q35", "-cpu", "max", "-smp", self.cpus,
+                    "-m", self.memory_mb, "-nodefaults", "-no-user-config", "-display", "none", "-no-reboot")
+        yield from ("-kernel", self.image / "vmlinuz", "-initrd", self.image / "initrd", "-append", kernel)
+        yield from ("-serial", f"file:{self.folder}/console.log", "-device", "virtio-rng-pci")
+        yield from ("-drive", f"if=virtio,file={self.disk},discard=unmap")
+        yield from ("-netdev", f"user,id=net,restrict=on,hostfwd=tcp:127.0.0.1:{self.page}-:8765", "-device", "virtio-net-pci,netdev=net,romfile=")
+        yield from ("-device", "virtio-serial-pci", "-chardev", f"socket,id=agent,path={agent},server=on,wait=off",
+                    "-device", "virtserialport,chardev=agent,nr=1")
+        for name, path in self.shares.items():
+            yield from ("-virtfs", f"local,path={path},mount_tag={name},security_model=none,readonly=on")
+
+    def listen(self, lines, answers):
+        for line in lines:
+            message = json.loads(line)
+            answers[message["id"]].put(message)
+        for waiting in list(answers.values()):
+            waiting.put(None)
+
+    def send(self, **request):
+        number = next(self.ids)
+        self.answers[number] = queue.Queue()
+        self.port.sendall(json.dumps({"id": number, **request}).encode() + b"\n")
+        return number
+
+    def answer(self, number, limit_s):
+        try:
+            message = self.answers[number].get(timeout=limit_s)
+        except queue.Empty:
+            raise Failed(f"the guest does not answer; see {self.folder}/console.log") from None
+        if message is None:
+            raise Failed(f"the guest has gone; see {self.folder}/qemu.log and console.log")
+        return message
+
+    def command(self, shell, check=True, limit_s=COMMAND_LIMIT_S):
+        """Runs a shell command as root; its status, output and when it began and ended. check: a status other than 0 is a failure."""
+        message = self.answer(self.send(shell=shell, timeout=limit_s), limit_s + 30)
+        result = Result(message["status"], message["out"], message["begin"], message["end"])
+        if check and result.status != 0:
+            raise Failed(f"{shell}\nexit status {result.status}\n{result.out}")
+        return result
+
+    def python(self, script, *arguments, **keywords):
+        """Runs tests/guest/<script> in the guest."""
+        return self.command(shlex.join(["python3", f"/host/guest/{script}", *map(str, arguments)]), **keywords)
+
+    def follow(self, *argv):
+        """Runs a command that goes on, such as journalctl -f, and yields from Follow what it prints."""
+        return Follow(self, self.send(follow=list(argv)))
+
+    def clock(self):
+        return self.command("true").begin
+
+    def power_cut(self):
+        """What was not flushed to the disk is lost."""
+        self.qemu.kill()
+        self.qemu.wait()
+
+    def shutdown(self):
+        if self.qemu and self.qemu.poll() is None:
+            self.send(shell="systemctl poweroff", timeout=10)
+            try:
+                self.qemu.wait(30)
+            except subprocess.TimeoutExpired:
+                self.power_cut()
+
+
+class Follow:
+    """Lines of a command that goes on, each with the time it arrived."""
+
+    def __init__(self, machine, number):
+        self.machine = machine
+        self.number = number
+        self.lines = []
+
+    def read(self, limit_s):
+        message = self.machine.answer(self.number, limit_s)
+        if "status" in message:
+            raise Failed(f"what was followed has ended with {message['status']}")
+        self.lines.append(Line(message["line"], message["at"]))
+        return self.lines[-1]
+
+
+def connect(path, qemu):
+    deadline = time.monotonic() + 20
+    while time.monotonic() < deadline and qemu.poll() is None:
+        port = socket.socket(socket.AF_UNIX)
+        try:
+            port.connect(str(path))
+            return port
+        except OSError:
+            port.close()
+            time.sleep(0.05)
+    raise Failed("qemu did not start")
+
+
+def free_port():
+    with socket.socket() as probe:
+        probe.bind(("127.0.0.1", 0))
+        return probe.getsockname()[1]
+
+
+def check_call(*argv):
+    subprocess.run([str(word) for word in argv], check=True)
