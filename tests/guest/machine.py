@@ -47,18 +47,22 @@ class Machine:
         self.shares = {"guest": HERE, **(shares or {})}
         self.memory_mb = memory_mb
         self.page = free_port()
-        self.qemu = None
+        self.qemu = self.server = None
         self.folder.mkdir(parents=True, exist_ok=True)
         self.disk = self.folder / "disk.qcow2"
         self.disk.unlink(missing_ok=True)
         check_call("qemu-img", "create", "-q", "-f", "qcow2", "-F", "raw", "-b", self.image / "disk.ext4", self.disk)
+        os.truncate(self.disk, 8 << 30)  # it cannot grow where it is used; the host's disk is not taken up by that
 
     def boot(self):
         """Starts the guest; returns once its agent answers and what it has at boot has started."""
-        agent = self.folder / "agent"
+        agent, disk = self.folder / "agent", self.folder / "disk"
         agent.unlink(missing_ok=True)
-        self.qemu = subprocess.Popen([str(word) for word in self.command_line(agent)], stdin=subprocess.DEVNULL,
-                                     stderr=open(self.folder / "qemu.log", "w"))
+        disk.unlink(missing_ok=True)
+        # Holds what is written until the guest flushes it, as a disk's cache does: a power cut takes it.
+        self.server = start(self.folder / "disk.log", "nbdkit", "-f", "-U", disk, "--filter=cache", "file", self.disk, "cache=writeback")
+        wait_for(disk, self.server)
+        self.qemu = start(self.folder / "qemu.log", *self.command_line(agent, disk))
         self.port = connect(agent, self.qemu)
         self.ids = itertools.count(1)
         self.answers = {0: queue.Queue()}
@@ -70,12 +74,12 @@ class Machine:
                 self.command(f"mkdir -p /host/{name} && mount -t 9p -o ro,trans=virtio,version=9p2000.L,msize=262144,cache=loose {name} /host/{name}")
         return self
 
-    def command_line(self, agent):
+    def command_line(self, agent, disk):
         yield from ("qemu-system-x86_64", "-accel", "tcg,thread=single,tb-size=512", "-icount", "shift=0,sleep=on", "-machine", "q35,smm=off,sata=off",
                     "-cpu", "max,la57=off", "-smp", 1, "-m", self.memory_mb, "-nodefaults", "-no-user-config", "-display", "none", "-no-reboot")
         yield from ("-kernel", self.image / "vmlinux", "-initrd", self.image / "initrd", "-append", KERNEL)
         yield from ("-serial", f"file:{self.folder}/console.log", "-device", "virtio-rng-pci")
-        yield from ("-drive", f"if=virtio,file={self.disk},discard=unmap")
+        yield from ("-drive", f"if=virtio,format=qcow2,cache=writeback,file=nbd+unix:///?socket={disk}")
         yield from ("-netdev", f"user,id=net,restrict=on,hostfwd=tcp:127.0.0.1:{self.page}-:8765", "-device", "virtio-net-pci,netdev=net,romfile=")
         yield from ("-device", "virtio-serial-pci", "-chardev", f"socket,id=agent,path={agent},server=on,wait=off",
                     "-device", "virtserialport,chardev=agent,nr=1")
@@ -120,7 +124,7 @@ class Machine:
         return self.command(shlex.join(["python3", f"/host/guest/{script}", *map(str, arguments)]), **keywords)
 
     def follow(self, *argv):
-        """Runs a command that goes on, such as journalctl -f, and yields from Follow what it prints."""
+        """Runs a command that goes on, such as journalctl -f; Follow reads what it prints."""
         return Follow(self, self.send(follow=list(argv)))
 
     def clock(self):
@@ -128,16 +132,20 @@ class Machine:
 
     def power_cut(self):
         """What was not flushed to the disk is lost."""
-        self.qemu.kill()
-        self.qemu.wait()
+        for process in (self.server, self.qemu):
+            process.kill()
+            process.wait()
 
     def shutdown(self):
-        if self.qemu and self.qemu.poll() is None:
+        if self.qemu is None:
+            return
+        if self.qemu.poll() is None:
             self.send(shell="systemctl poweroff", timeout=10)
             try:
                 self.qemu.wait(BOOT_LIMIT_S)
             except subprocess.TimeoutExpired:
-                self.power_cut()
+                pass
+        self.power_cut()
 
 
 class Follow:
@@ -148,25 +156,36 @@ class Follow:
         self.number = number
         self.lines = []
 
-    def read(self, limit_s):
-        message = self.machine.answer(self.number, limit_s)
-        if "status" in message:
-            raise Failed(f"what was followed has ended with {message['status']}")
+    def read(self, host_limit_s):
+        """The next line, None when there is none in that time of the host's."""
+        try:
+            message = self.machine.answers[self.number].get(timeout=host_limit_s)
+        except queue.Empty:
+            return None
+        if message is None or "status" in message:
+            raise Failed("the guest or what was followed there has ended")
         self.lines.append(Line(message["line"], message["at"]))
         return self.lines[-1]
 
 
-def connect(path, qemu):
-    deadline = time.monotonic() + 20
-    while time.monotonic() < deadline and qemu.poll() is None:
-        port = socket.socket(socket.AF_UNIX)
-        try:
-            port.connect(str(path))
-            return port
-        except OSError:
-            port.close()
-            time.sleep(0.05)
-    raise Failed("qemu did not start")
+def start(log, *argv):
+    with open(log, "w") as out:
+        return subprocess.Popen([str(word) for word in argv], stdin=subprocess.DEVNULL, stdout=out, stderr=out)
+
+
+def wait_for(path, process):
+    deadline = time.monotonic() + BOOT_LIMIT_S
+    while not path.exists():
+        if process.poll() is not None or time.monotonic() > deadline:
+            raise Failed(f"{process.args[0]} did not start; its log is in {path.parent}")
+        time.sleep(0.05)
+
+
+def connect(path, process):
+    wait_for(path, process)
+    port = socket.socket(socket.AF_UNIX)
+    port.connect(str(path))
+    return port
 
 
 def free_port():
