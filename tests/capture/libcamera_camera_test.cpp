@@ -35,6 +35,22 @@ std::ptrdiff_t open_files() {
   return std::distance(begin(files), end(files));
 }
 
+constexpr const char* kCalibration = R"(%YAML:1.0
+---
+image_width: 480
+image_height: 360
+camera_matrix: !!opencv-matrix
+  rows: 3
+  cols: 3
+  dt: d
+  data: [400., 0., 239.5, 0., 400., 179.5, 0., 0., 1.]
+distortion_coefficients: !!opencv-matrix
+  rows: 1
+  cols: 5
+  dt: d
+  data: [0., 0., 0., 0., 0.]
+)";
+
 class LibcameraCameraTest : public testing::Test {
  protected:
   void SetUp() override {
@@ -136,9 +152,7 @@ TEST_F(LibcameraCameraTest, IsASource) {
   Config config;
   config.camera = "libcamera:auto";
   config.calibration = testing::TempDir() + "nadir-vimc.yml";
-  std::ofstream(config.calibration) << "%YAML:1.0\n---\nimage_width: 480\nimage_height: 360\n"
-                                       "fx: 400\n"
-                                       "distortion_coefficients: [0., 0., 0., 0., 0.]\n";
+  std::ofstream(config.calibration) << kCalibration;
   CameraSource source(config);
   const std::stop_source stop;
   for (int i = 0; i < 8; ++i) {
