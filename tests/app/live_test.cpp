@@ -32,9 +32,7 @@ using nlohmann::json;
 constexpr int kImages = 14;
 constexpr Time kPeriod = 200'000'000;
 
-Time monotonic_now() {
-  return std::chrono::nanoseconds(Clock::now().time_since_epoch()).count();
-}
+Time monotonic_now() { return std::chrono::nanoseconds(Clock::now().time_since_epoch()).count(); }
 
 class Datagrams {
  public:
@@ -159,10 +157,10 @@ TEST(Live, MapsWhatACameraSeesWithWhatSensorsSayAndTellsOthers) {
   Progress progress(0, stderr);
   int status = -1;
   {
-    Graph graph(config, {Rate::Kind::live, 0},
-                {[&](const std::stop_token& stop) { return camera.next(stop); }, camera.lasers(),
-                 [&](double px) { fastest = std::max(fastest.load(), px); }, dive, nullptr,
-                 progress});
+    Graph graph(
+        config, {Rate::Kind::live, 0},
+        {[&](const std::stop_token& stop) { return camera.next(stop); }, camera.lasers(),
+         [&](double px) { fastest = std::max(fastest.load(), px); }, dive, nullptr, progress});
     const auto begun = Clock::now();
     std::this_thread::sleep_for(std::chrono::nanoseconds(kPeriod * (kImages / 2)));
     graph.economise(Economy::mosaic, "a test", monotonic_now());
@@ -180,13 +178,13 @@ TEST(Live, MapsWhatACameraSeesWithWhatSensorsSayAndTellsOthers) {
   EXPECT_EQ(counts["captured"], kImages + 2);
   EXPECT_EQ(counts["dropped"]["camera"], 2);
   EXPECT_EQ(counts["dropped"]["storage"], 0);
-  EXPECT_EQ(counts["captured"].get<int>(),
-            counts["oriented"].get<int>() + counts["lost"].get<int>() +
-                counts["dropped"]["camera"].get<int>() +
-                counts["dropped"]["queue_full"].get<int>());
+  EXPECT_EQ(counts["captured"].get<int>(), counts["oriented"].get<int>() +
+                                               counts["lost"].get<int>() +
+                                               counts["dropped"]["camera"].get<int>() +
+                                               counts["dropped"]["queue_full"].get<int>());
   EXPECT_EQ(told["survey_axes"], "attitude");
   EXPECT_EQ(told["scale"]["source"], "stereo");
-  EXPECT_GT(fastest, 10);    // px a second
+  EXPECT_GT(fastest, 10);  // px a second
   EXPECT_LT(fastest, 2000);
 
   const std::string alerts = contents(folder / "alerts.jsonl");
