@@ -31,12 +31,29 @@ execute_process(COMMAND gzip -9nkf changelog NEWS.md nadir.1 WORKING_DIRECTORY $
 install(FILES ${documents}/nadir.1.gz DESTINATION ${CMAKE_INSTALL_MANDIR}/man1)
 install(FILES ${documents}/changelog.gz ${documents}/NEWS.md.gz packaging/copyright DESTINATION ${CMAKE_INSTALL_DOCDIR})
 
+# The plugin for CSI cameras depends on the one libcamera that it was built with, and so is a package of its own.
+set(CPACK_COMPONENTS_ALL nadir)
+if(TARGET nadir_libcamera_plugin)
+  list(APPEND CPACK_COMPONENTS_ALL libcamera)
+  install(FILES ${documents}/changelog.gz packaging/copyright
+    DESTINATION ${CMAKE_INSTALL_DATAROOTDIR}/doc/nadir-libcamera${libcamera_VERSION} COMPONENT libcamera)
+endif()
+
 set(CPACK_GENERATOR DEB)
+set(CPACK_DEB_COMPONENT_INSTALL ON)
+set(CPACK_DEBIAN_NADIR_PACKAGE_NAME nadir)
+set(CPACK_DEBIAN_LIBCAMERA_PACKAGE_NAME nadir-libcamera${libcamera_VERSION})
+set(CPACK_COMPONENT_LIBCAMERA_DESCRIPTION
+  "CSI cameras by libcamera ${libcamera_VERSION} for the live seabed map
+Lets nadir take images from cameras that the kernel shows to libcamera alone,
+as those at a Raspberry Pi's ribbon connector.")
+set(CPACK_DEBIAN_LIBCAMERA_PACKAGE_DEPENDS "nadir (= ${PROJECT_VERSION}), libcamera-ipa")
 set(CPACK_PACKAGE_CONTACT ${NADIR_MAINTAINER})
 set(CPACK_PACKAGING_INSTALL_PREFIX /usr)
 set(CPACK_PACKAGE_DESCRIPTION_SUMMARY "live seabed map from underwater images")
-set(CPACK_PACKAGE_DESCRIPTION
-  "Calibrated mono or stereo images of a diver's tablet or an ROV become a
+set(CPACK_COMPONENT_NADIR_DESCRIPTION
+  "live seabed map from underwater images
+Calibrated mono or stereo images of a diver's tablet or an ROV become a
 trajectory, a sparse cloud, sequential mosaics and planar point clouds, shown
 live in a browser and recorded for GIS and photogrammetry.
 
@@ -46,12 +63,12 @@ set(CPACK_INSTALL_DEFAULT_DIRECTORY_PERMISSIONS
   OWNER_READ OWNER_WRITE OWNER_EXECUTE GROUP_READ GROUP_EXECUTE WORLD_READ WORLD_EXECUTE)
 set(CPACK_DEBIAN_FILE_NAME DEB-DEFAULT)
 set(CPACK_DEBIAN_PACKAGE_SECTION science)
-set(CPACK_DEBIAN_PACKAGE_DEPENDS systemd)
-set(CPACK_DEBIAN_PACKAGE_RECOMMENDS avahi-daemon)
-set(CPACK_DEBIAN_PACKAGE_SUGGESTS ffmpeg)
-set(CPACK_DEBIAN_PACKAGE_CONTROL_STRICT_PERMISSION ON)
+set(CPACK_DEBIAN_NADIR_PACKAGE_DEPENDS systemd)
+set(CPACK_DEBIAN_NADIR_PACKAGE_RECOMMENDS avahi-daemon)
+set(CPACK_DEBIAN_NADIR_PACKAGE_SUGGESTS "ffmpeg, nadir-libcamera${libcamera_VERSION}")
+set(CPACK_DEBIAN_NADIR_PACKAGE_CONTROL_STRICT_PERMISSION ON)
 foreach(file conffiles postinst prerm postrm)
-  list(APPEND CPACK_DEBIAN_PACKAGE_CONTROL_EXTRA ${PROJECT_SOURCE_DIR}/packaging/${file})
+  list(APPEND CPACK_DEBIAN_NADIR_PACKAGE_CONTROL_EXTRA ${PROJECT_SOURCE_DIR}/packaging/${file})
 endforeach()
 # dpkg-shlibdeps knows the packages of this machine only: ./dev gives a cross build the list of the native one.
 set(CPACK_DEBIAN_PACKAGE_SHLIBDEPS ON)
