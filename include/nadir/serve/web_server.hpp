@@ -22,9 +22,11 @@ namespace nadir::serve {
 constexpr std::string_view kFeedPath = "/feed";
 
 struct Config {
-  std::string address = "127.0.0.1";       ///< IP literal; "::" or "0.0.0.0" for every network
-  std::uint16_t port = 8765;               ///< 0: the system's choice
-  std::vector<std::string> names;          ///< host names this device goes by beside localhost
+  std::string address = "127.0.0.1";  ///< IP literal; "::" or "0.0.0.0" for every network
+  std::uint16_t port = 8765;          ///< 0: the system's choice
+  /// Host names this device goes by beside localhost; by default what mDNS (avahi) makes of a
+  /// computer called nadir.
+  std::vector<std::string> names{"nadir.local"};
   std::size_t max_clients = 32;            ///< viewers at a time
   std::size_t client_bytes = 128 << 10;    ///< kernel send buffer of a viewer: what may be stale
   std::size_t retained_bytes = 64u << 20;  ///< of records kept for late viewers; oldest data go
