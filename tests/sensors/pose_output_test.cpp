@@ -159,8 +159,12 @@ TEST(PoseOutput, OfAMapOnAGridTellsTrueNorth) {
   const std::string vision = receiver.next();
   constexpr std::size_t kHeader = 10;
   ASSERT_GT(vision.size(), kHeader + 32);
-  const std::array expected{100 * std::cos(3 * kDegree), 100 * std::sin(3 * kDegree), 3.0,
-                            5 * kDegree, 10 * kDegree, 33 * kDegree};
+  const std::array expected{100 * std::cos(3 * kDegree),
+                            100 * std::sin(3 * kDegree),
+                            3.0,
+                            5 * kDegree,
+                            10 * kDegree,
+                            33 * kDegree};
   for (std::size_t i = 0; i < expected.size(); ++i)
     EXPECT_NEAR(float_at(vision, kHeader + 8 + 4 * i), expected.at(i), 1e-5) << i;
 }
