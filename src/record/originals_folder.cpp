@@ -53,6 +53,7 @@ OriginalsFolder::~OriginalsFolder() {
 }
 
 int OriginalsFolder::begin(const Shot& shot, const DiveInfo& info) {
+  if (info.origin) convergence_ = reference::UtmGrid(*info.origin).convergence();
   const bool pair = !shot.originals->right.empty();
   for (const path& folder : {folder_, folder_ / "images"}) {
     if (const int error = make_directory(disk_, folder); error < 0) return error;
@@ -88,7 +89,7 @@ int OriginalsFolder::add_rows(const Shot& shot) {
   if (error == 0 && frame.attitude) {
     error = append(kAttitude, time + ',' + fixed(kDegrees * frame.attitude->roll, 4) + ',' +
                                   fixed(kDegrees * frame.attitude->pitch, 4) + ',' +
-                                  fixed(kDegrees * frame.attitude->yaw, 4) + '\n');
+                                  fixed(kDegrees * (frame.attitude->yaw + convergence_), 4) + '\n');
   }
   if (error == 0 && frame.depth) error = append(kDepth, time + ',' + fixed(*frame.depth, 4) + '\n');
   if (error == 0 && frame.altitude)

@@ -34,6 +34,7 @@ class OriginalsFolder {
   Disk& disk_;
   path folder_;
   bool begun_ = false;
+  double convergence_ = 0;  ///< with an origin frames' yaws are the grid's; ahrs.csv has true ones
   std::array<int, 4> tables_{-1, -1, -1, -1};
   std::optional<Time> synced_;
 };

@@ -36,9 +36,11 @@ Entry with_originals(const SmallDive& small, std::uint64_t image, bool pair) {
   return entry;
 }
 
-void record(const path& folder, Originals which, bool pair = false) {
+void record(const path& folder, Originals which, bool pair = false,
+            std::optional<reference::Geodetic> origin = std::nullopt) {
   const SmallDive small;
   DiveInfo info = small.info();
+  info.origin = origin;
   info.survey_files = {{"calib.yml", "a camera\n"}};
   Config config;
   config.originals = which;
@@ -72,6 +74,14 @@ TEST(Originals, MakeASurveyFolderWithWhatTheSensorsSaid) {
   EXPECT_THAT(attitudes, HasSubstr(",5.7296,-11.4592,171.8873\n"));
   EXPECT_THAT(read_text(survey / "depth.csv"), HasSubstr(",4.5000\n"));
   EXPECT_FALSE(std::filesystem::exists(survey / "altitude.csv"));
+}
+
+// A replay with the same origin turns them to the grid again: by 5.0473 degrees here.
+TEST(Originals, OfAMapOnTheGridHaveTrueHeadings) {
+  const ScratchFolder scratch;
+  record(scratch / "dive", Originals::all, false, reference::Geodetic{60.4, 3.2, 0});
+  EXPECT_THAT(read_text(scratch / "dive/survey/ahrs.csv"),
+              HasSubstr(",5.7296,-11.4592,166.8400\n"));
 }
 
 TEST(Originals, OfKeyFramesAreThoseOfNewGroundAndOfImagesWithoutAPose) {
