@@ -76,7 +76,7 @@ Graph::Odometry Graph::make_odometry(const odometry::Config& config,
   return odometry::VisualOdometry(config, place);
 }
 
-Graph::Graph(const Config& config, Rate rate, Ends ends, std::optional<GivenPoses> poses)
+Graph::Graph(const Config& config, Rate rate, const Ends& ends, std::optional<GivenPoses> poses)
     : rate_(rate),
       ends_(ends),
       sensor_inputs_(sensor_inputs_of(config, rate)),

@@ -63,7 +63,7 @@ class Graph {
   };
 
   /// poses: in place of odometry.
-  Graph(const Config& config, Rate rate, Ends ends, std::optional<GivenPoses> poses = {});
+  Graph(const Config& config, Rate rate, const Ends& ends, std::optional<GivenPoses> poses = {});
 
   ~Graph();
 
