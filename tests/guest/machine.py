@@ -47,7 +47,7 @@ class Machine:
         self.shares = {"guest": HERE, **(shares or {})}
         self.memory_mb = memory_mb
         self.page = free_port()
-        self.qemu = self.server = None
+        self.qemu = self.server = self.port = None
         self.folder.mkdir(parents=True, exist_ok=True)
         self.disk = self.folder / "disk.qcow2"
         self.disk.unlink(missing_ok=True)
@@ -61,7 +61,7 @@ class Machine:
         disk.unlink(missing_ok=True)
         # Holds what is written until the guest flushes it, as a disk's cache does: a power cut takes it.
         self.server = start(self.folder / "disk.log", "nbdkit", "-f", "-U", disk, "--filter=cache", "file", self.disk, "cache=writeback")
-        wait_for(disk, self.server)
+        connect(disk, self.server).close()
         self.qemu = start(self.folder / "qemu.log", *self.command_line(agent, disk))
         self.port = connect(agent, self.qemu)
         self.ids = itertools.count(1)
@@ -133,14 +133,13 @@ class Machine:
     def power_cut(self):
         """What was not flushed to the disk is lost."""
         for process in (self.server, self.qemu):
-            process.kill()
-            process.wait()
+            if process:
+                process.kill()
+                process.wait()
 
     def shutdown(self):
-        if self.qemu is None:
-            return
-        if self.qemu.poll() is None:
-            self.send(shell="systemctl poweroff", timeout=10)
+        if self.port and self.qemu.poll() is None:
+            self.send(shell="systemctl poweroff", timeout=COMMAND_LIMIT_S)
             try:
                 self.qemu.wait(BOOT_LIMIT_S)
             except subprocess.TimeoutExpired:
@@ -173,19 +172,18 @@ def start(log, *argv):
         return subprocess.Popen([str(word) for word in argv], stdin=subprocess.DEVNULL, stdout=out, stderr=out)
 
 
-def wait_for(path, process):
-    deadline = time.monotonic() + BOOT_LIMIT_S
-    while not path.exists():
-        if process.poll() is not None or time.monotonic() > deadline:
-            raise Failed(f"{process.args[0]} did not start; its log is in {path.parent}")
-        time.sleep(0.05)
-
-
 def connect(path, process):
-    wait_for(path, process)
-    port = socket.socket(socket.AF_UNIX)
-    port.connect(str(path))
-    return port
+    """A connection to the Unix socket that a process opens in a moment."""
+    deadline = time.monotonic() + BOOT_LIMIT_S
+    while process.poll() is None and time.monotonic() < deadline:
+        port = socket.socket(socket.AF_UNIX)
+        try:
+            port.connect(str(path))
+            return port
+        except OSError:
+            port.close()
+            time.sleep(0.05)
+    raise Failed(f"{process.args[0]} did not start; its log is in {path.parent}")
 
 
 def free_port():

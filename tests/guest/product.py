@@ -7,7 +7,7 @@ import shlex
 
 from machine import Failed
 
-FEED_HZ = 4
+FEED_HZ = 3
 VIVID_SIZE = 320, 180
 
 
@@ -18,6 +18,7 @@ class Product:
         self.guest = guest
         self.package = package
         self.installed = False
+        self.pair_set = False
         self.messages = None
 
     def booted(self):
@@ -39,10 +40,11 @@ class Product:
 
     def use_pair(self):
         """A pair of cameras through v4l2loopback; feed() makes them give images."""
+        self.pair_set = True
         self.install()
         self.guest.command("modprobe v4l2loopback video_nr=40,41 card_label=left,right exclusive_caps=1,1 max_buffers=4 && udevadm settle")
         self.guest.command("cp /host/survey/calib.yml /etc/nadir/camera.yml")
-        self.configure(camera="left", camera_right="right", calibration="/etc/nadir/camera.yml", scale=0.5, rate_hz=0)
+        self.configure(camera="left", camera_right="right", calibration="/etc/nadir/camera.yml", scale=0.5, rate_hz=0, features=500, tie_points=150)
 
     def feed(self):
         """Starts the pair; returns when it gave its first images."""
@@ -54,6 +56,7 @@ class Product:
 
     def use_vivid(self):
         """A single camera of the kernel's virtual video driver."""
+        self.pair_set = False
         self.install()
         self.guest.command("modprobe vivid n_devs=1 node_types=1 && udevadm settle")
         width, height = VIVID_SIZE
@@ -92,10 +95,14 @@ class Product:
         return float(at), dive
 
     def mapping(self):
-        """Has the pair mapped by the service, from wherever it is now; returns the dive."""
+        """Has the service map what the pair sees, if it does not already; returns the dive."""
+        if self.pair_set and self.guest.command("systemctl -q is-active feed nadir", check=False).status == 0:
+            newest = self.dives()[-1:]
+            if newest and self.guest.command(f"test -e /var/lib/nadir/dives/{newest[0]}/dive.json", check=False).status != 0:
+                return self.mapped(set(self.dives()) - set(newest))[1]
+        self.stop_feed()
         self.use_pair()
         known = self.dives()
-        self.stop_feed()
         self.restart()
         self.feed()
         return self.mapped(known)[1]
