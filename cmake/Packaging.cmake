@@ -44,16 +44,14 @@ set(CPACK_DEB_COMPONENT_INSTALL ON)
 set(CPACK_DEBIAN_NADIR_PACKAGE_NAME nadir)
 set(CPACK_DEBIAN_LIBCAMERA_PACKAGE_NAME nadir-libcamera${libcamera_VERSION})
 set(CPACK_COMPONENT_LIBCAMERA_DESCRIPTION
-  "CSI cameras by libcamera ${libcamera_VERSION} for the live seabed map
-Lets nadir take images from cameras that the kernel shows to libcamera alone,
+  "Lets nadir take images from cameras that the kernel shows to libcamera alone,
 as those at a Raspberry Pi's ribbon connector.")
 set(CPACK_DEBIAN_LIBCAMERA_PACKAGE_DEPENDS "nadir (= ${PROJECT_VERSION}), libcamera-ipa")
 set(CPACK_PACKAGE_CONTACT ${NADIR_MAINTAINER})
 set(CPACK_PACKAGING_INSTALL_PREFIX /usr)
 set(CPACK_PACKAGE_DESCRIPTION_SUMMARY "live seabed map from underwater images")
 set(CPACK_COMPONENT_NADIR_DESCRIPTION
-  "live seabed map from underwater images
-Calibrated mono or stereo images of a diver's tablet or an ROV become a
+  "Calibrated mono or stereo images of a diver's tablet or an ROV become a
 trajectory, a sparse cloud, sequential mosaics and planar point clouds, shown
 live in a browser and recorded for GIS and photogrammetry.
 
