@@ -101,7 +101,6 @@ class Graph {
   template <class T, class Process>
   pipeline::Input feed(Channel<T>& channel, Process process);
   bool capture_one();
-  void prioritise_capture();
   void pass_on(Shot shot);
   bool listen();
   void hear(const sensors::Heard& heard);
@@ -146,7 +145,6 @@ class Graph {
 
   std::atomic<Economy> economy_ = Economy::none;
   std::uint64_t surfaces_projected_ = 0;
-  bool prioritised_ = false;  ///< the capture thread, or it was tried
   std::stop_source stop_;
   std::atomic<bool> started_ = false;  ///< every stage exists
 

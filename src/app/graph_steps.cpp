@@ -1,13 +1,8 @@
 // SPDX-FileCopyrightText: nadir contributors
 // SPDX-License-Identifier: Apache-2.0
 // What each stage does with one message, and what it hands on.
-#include <pthread.h>
-#include <sched.h>
-
 #include <algorithm>
 #include <condition_variable>
-#include <cstdio>
-#include <cstring>
 #include <mutex>
 
 #include "graph.hpp"
@@ -45,7 +40,6 @@ std::vector<Alert> Dropped::told(std::uint64_t image, Time time) const {
 
 bool Graph::capture_one() {
   if (stop_.stop_requested()) return false;
-  if (rate_.kind == Rate::Kind::live && !std::exchange(prioritised_, true)) prioritise_capture();
   std::optional<capture::Captured> captured = ends_.capture(stop_.get_token());
   if (!captured) return false;
   for (const Alert& alert : captured->alerts)
@@ -54,16 +48,6 @@ bool Graph::capture_one() {
   if (!wait_for(*captured->shot)) return false;
   pass_on(*std::move(captured->shot));
   return true;
-}
-
-// A camera's few buffers must not overflow while everything else computes.
-void Graph::prioritise_capture() {
-  constexpr int kUrgent = 10;  // of 1 to 99
-  const sched_param priority{kUrgent};
-  const int error = pthread_setschedparam(pthread_self(), SCHED_FIFO, &priority);
-  if (error == 0) return;
-  std::fprintf(stderr, "load: images are taken without priority (%s); nadir.service has it\n",
-               std::strerror(error));
 }
 
 void Graph::pass_on(Shot shot) {

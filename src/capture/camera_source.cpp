@@ -217,7 +217,10 @@ std::optional<PicturePair> CameraSource::State::take_pictures(Time now,
 }
 
 std::optional<Shot> CameraSource::State::next_shot(Time now, std::vector<Alert>& alerts) {
-  const Time period = config.rate_hz > 0 ? from_seconds(kRateSlack / config.rate_hz) : 0;
+  // A driver in trouble may give its last image over and over, as fast as it is asked.
+  constexpr double kFastest_hz = 200;
+  const double rate_hz = config.rate_hz > 0 ? config.rate_hz : kFastest_hz;
+  const Time period = from_seconds(kRateSlack / rate_hz);
   while (const auto pictures = take_pictures(now, alerts)) {
     if (newest && pictures->left.time - *newest < period) continue;
     Frame frame;

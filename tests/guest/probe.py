@@ -180,11 +180,6 @@ def notify(text):
         manager.sendto(text, os.environ["NOTIFY_SOCKET"].replace("@", "\0", 1))
 
 
-def be_urgent():
-    os.sched_setscheduler(0, os.SCHED_FIFO, os.sched_param(10))
-    os.sched_setscheduler(0, os.SCHED_OTHER, os.sched_param(0))
-
-
 GRANTED = {
     "camera": camera,
     "record": record,
@@ -192,7 +187,6 @@ GRANTED = {
     "sensors by UDP": sensors_by_udp,
     "sensors by a serial line": lambda: os.close(os.open("/dev/ttyS1", os.O_RDWR | os.O_NONBLOCK | os.O_NOCTTY)),
     "tell the service manager": lambda: notify(b"READY=1"),
-    "urgent thread": be_urgent,
     "humble child": lambda: in_child(lambda: os.nice(19)),
     "start a program": lambda: subprocess.run(["/bin/true"], check=True),
     "read settings": lambda: read("/etc/nadir/nadir.toml"),
