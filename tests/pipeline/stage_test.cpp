@@ -55,7 +55,7 @@ TEST(Stage, TellsHowLongItsItemTakes) {
   while (!stage.activity().busy || *stage.activity().busy < 30ms) std::this_thread::yield();
   const double cpu_s = stage.activity().cpu_s;
   std::this_thread::sleep_for(30ms);
-  EXPECT_NEAR(stage.activity().cpu_s, cpu_s, 0.01);  // it sleeps
+  EXPECT_LT(stage.activity().cpu_s - cpu_s, 0.025);  // it sleeps; the clock ticks each 10 ms
   EXPECT_EQ(stage.activity().stage, "stage");
   released = true;
   released.notify_all();
