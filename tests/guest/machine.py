@@ -168,8 +168,9 @@ class Follow:
 
 
 def start(log, *argv):
+    """A process that ends with this one."""
     with open(log, "w") as out:
-        return subprocess.Popen([str(word) for word in argv], stdin=subprocess.DEVNULL, stdout=out, stderr=out)
+        return subprocess.Popen(["setpriv", "--pdeathsig", "KILL", *map(str, argv)], stdin=subprocess.DEVNULL, stdout=out, stderr=out)
 
 
 def connect(path, process):
@@ -183,7 +184,7 @@ def connect(path, process):
         except OSError:
             port.close()
             time.sleep(0.05)
-    raise Failed(f"{process.args[0]} did not start; its log is in {path.parent}")
+    raise Failed(f"{process.args[3]} did not start; its log is in {path.parent}")
 
 
 def free_port():
