@@ -43,6 +43,7 @@ set(CPACK_GENERATOR DEB)
 set(CPACK_DEB_COMPONENT_INSTALL ON)
 set(CPACK_DEBIAN_NADIR_PACKAGE_NAME nadir)
 set(CPACK_DEBIAN_LIBCAMERA_PACKAGE_NAME nadir-libcamera${libcamera_VERSION})
+set(CPACK_DEBIAN_LIBCAMERA_PACKAGE_PROVIDES nadir-libcamera)
 set(CPACK_COMPONENT_LIBCAMERA_DESCRIPTION
   "Lets nadir take images from cameras that the kernel shows to libcamera alone,
 as those at a Raspberry Pi's ribbon connector.")

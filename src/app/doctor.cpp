@@ -3,6 +3,7 @@
 #include <cstdio>
 #include <opencv2/core/utility.hpp>
 
+#include "board_check.hpp"
 #include "configured.hpp"
 #include "self_test.hpp"
 #include "verbs.hpp"
@@ -42,9 +43,9 @@ int run(const Doctor& verb) {
   };
   print(check_cameras(config, 8s));
   print(check_sensors(config.sensors, 4s));
-  print(check_disk(config.record.dives));
+  print({check_disk_speed(config.record.dives)});
+  print(check_board(board_load("/sys", config.record.dives)));
   print({check_clock()});
-  print(check_heat("/sys"));
   print({check_page(config.serve)});
   return bad ? 1 : 0;
 }

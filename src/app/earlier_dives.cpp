@@ -16,6 +16,7 @@
 #include <cstdio>
 #include <cstring>
 #include <ctime>
+#include <fstream>
 #include <optional>
 
 #include "nadir/record/recover.hpp"
@@ -93,6 +94,8 @@ std::optional<pid_t> start_recovery(const fs::path& dive) {
   }
   constexpr int kLowest = 19;
   setpriority(PRIO_PROCESS, static_cast<id_t>(process), kLowest);
+  // Of both it is the one to go when memory is short: it is done again.
+  std::ofstream("/proc/" + std::to_string(process) + "/oom_score_adj") << 1000;
   return process;
 }
 
@@ -112,8 +115,11 @@ void recover_all(const std::stop_token& stop, const std::vector<fs::path>& dives
 }  // namespace
 
 bool clock_is_set() {
+  std::error_code none;
+  if (fs::exists("/run/systemd/timesync/synchronized", none)) return true;
   timex state{};
-  return adjtimex(&state) != TIME_ERROR && (state.status & STA_UNSYNC) == 0;
+  const int known = adjtimex(&state);  // may not be asked from within the service
+  return known >= 0 && known != TIME_ERROR && (state.status & STA_UNSYNC) == 0;
 }
 
 fs::path new_dive(const fs::path& dives) {

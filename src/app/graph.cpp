@@ -112,6 +112,7 @@ Graph::Graph(const Config& config, Rate rate, const Ends& ends, std::optional<Gi
       recorded_revisions_(kRecordDepth, WhenFull::wait, record_bell_),
       page_revisions_(kDepth, WhenFull::wait, page_bell_),
       page_alerts_(kDepth, WhenFull::wait, page_bell_),
+      page_checks_(kDepth, WhenFull::drop, page_bell_),
       output_orientations_(kDepth, WhenFull::drop, output_bell_),
       output_clouds_(kDepth, WhenFull::drop, output_bell_) {
   if (rate.kind == Rate::Kind::live && !config.sensors.outputs.empty()) outputs_.emplace(config);
@@ -140,6 +141,7 @@ void Graph::start_stages() {
         "page",
         std::vector{
             feed(page_alerts_, [&](const Shared<Alert>& alert) { page.publish(*alert); }),
+            feed(page_checks_, [&](const Shared<wire::Check>& check) { page.publish(*check); }),
             feed(page_orientations_,
                  [&](const Shared<Orientation>& orientation) {
                    page.publish(*orientation);
@@ -243,7 +245,9 @@ Graph::~Graph() {
 }
 
 std::exception_ptr Graph::join() {
-  load_alerts_.close();  // of the caller's thread, which has no more to tell
+  // Of the caller's thread, which has no more to tell.
+  load_alerts_.close();
+  page_checks_.close();
   std::exception_ptr fault;
   for (const auto* stage : {&capture_, &orienting_, &fitting_, &projecting_, &stitching_,
                             &revisiting_, &record_, &page_, &outputs_stage_, &sensors_}) {

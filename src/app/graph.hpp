@@ -23,6 +23,7 @@
 
 #include "assembler.hpp"
 #include "config.hpp"
+#include "drop_rate.hpp"
 #include "image_speed.hpp"
 #include "ladder.hpp"
 #include "nadir/odometry/posed_images.hpp"
@@ -80,10 +81,17 @@ class Graph {
   /// UTC minus the time of images, as sensors told it; after join().
   std::optional<Time> utc_offset() const { return vehicle_.utc_offset(); }
 
+  ImageFlow shots() const { return {shots_.accepted(), shots_.dropped()}; }
+
   /// Of every stage, for dive.json and the page.
   std::vector<StageStats> stats() const;
   /// Gives up what it says, until told otherwise, and tells the diver. By one thread.
   void economise(Economy economy, const std::string& reason, Time now);
+
+  /// The newest image and what odometry made of it; null before. Any thread.
+  std::shared_ptr<const Orientation> newest() const { return newest_; }
+  /// What was found of the equipment, for the page. By one thread.
+  void show(const wire::Check& check);
 
   /// Of every stage but sensors, which waits for devices that may hang.
   std::vector<pipeline::StageActivity> activities() const;
@@ -147,6 +155,7 @@ class Graph {
   std::uint64_t surfaces_projected_ = 0;
   std::stop_source stop_;
   std::atomic<bool> started_ = false;  ///< every stage exists
+  std::atomic<Shared<Orientation>> newest_;
 
   Bell output_bell_ = std::make_shared<pipeline::Bell>(),
        odometry_bell_ = std::make_shared<pipeline::Bell>(),
@@ -162,6 +171,7 @@ class Graph {
   Channel<Settlement> settlements_;
   Channel<Revision> recorded_revisions_, page_revisions_;
   Channel<Alert> page_alerts_;
+  Channel<wire::Check> page_checks_;
   Channel<Orientation> output_orientations_;
   Channel<Cloud> output_clouds_;
 

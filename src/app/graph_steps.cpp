@@ -123,6 +123,7 @@ void Graph::pass_on(Orientation orientation) {
   settlement.key_frames = std::move(orientation.settled);
   settlement.scales = survey_.improved_scales(orientation);
   const auto message = std::make_shared<const Orientation>(std::move(orientation));
+  newest_ = message;
   recorded_orientations_.push(message);
   settlements_.push(std::make_shared<const Settlement>(std::move(settlement)));
   to_page(page_orientations_, message);
@@ -182,6 +183,10 @@ void Graph::economise(Economy economy, const std::string& reason, Time now) {
   load_alerts_.push(std::make_shared<const Alert>(Alert{now, std::nullopt, AlertKind::load,
                                                         reason + ": " + in_words(economy),
                                                         "images and poses are recorded as ever"}));
+}
+
+void Graph::show(const wire::Check& check) {
+  if (ends_.page) page_checks_.push(std::make_shared<const wire::Check>(check));
 }
 
 void Graph::publish_statistics() {

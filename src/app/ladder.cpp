@@ -64,7 +64,24 @@ std::optional<double> memory_used(const fs::path& sys) {
   return most && used && *most > 0 ? std::optional((*used - files) / *most) : std::nullopt;
 }
 
+// The firmware's node lies below that of the processor, whose name has its address on a Pi 5.
+std::optional<unsigned> throttling_bits(const fs::path& sys) {
+  constexpr int kHexadecimal = 16;
+  std::error_code error;
+  for (const auto& soc : fs::directory_iterator(sys / "devices/platform", error)) {
+    const std::string name = soc.path().filename().string();
+    if (!name.starts_with("soc")) continue;
+    const auto bits = number_in(soc.path() / (name + ":firmware") / "get_throttled", kHexadecimal);
+    if (bits) return static_cast<unsigned>(*bits);
+  }
+  return std::nullopt;
+}
+
 std::string percent(double part) { return std::to_string(std::lround(100 * part)) + " %"; }
+
+bool is_throttled(const Load& load) {
+  return load.throttling && (load.throttling->weak_supply || load.throttling->slowed_down);
+}
 
 // Why something has to be given up; empty when nothing.
 std::string over(const Load& load) {
@@ -72,7 +89,7 @@ std::string over(const Load& load) {
     return "the processor cannot keep up, " + percent(load.dropped) + " of the images were dropped";
   if (load.temperature_deg && *load.temperature_deg >= kHot_deg)
     return "the board is " + std::to_string(std::lround(*load.temperature_deg)) + " degrees hot";
-  if (load.throttled) return "the board is slowed down by heat or a weak supply";
+  if (is_throttled(load)) return "the board is slowed down by heat or a weak supply";
   if (load.memory && *load.memory > kFull) return percent(*load.memory) + " of the memory is used";
   if (load.free_disk_gb && *load.free_disk_gb < kLittle_gb)
     return "the disk has less than 1 GB left";
@@ -83,7 +100,7 @@ std::string over(const Load& load) {
 
 bool is_well_within(const Load& load) {
   return load.dropped <= kFewDropped && load.temperature_deg.value_or(0) < kWarm_deg &&
-         !load.throttled && load.memory.value_or(0) < kHalfFull &&
+         !is_throttled(load) && load.memory.value_or(0) < kHalfFull &&
          load.free_disk_gb.value_or(kEnough_gb) >= kEnough_gb &&
          load.battery.value_or(1) >= kCharged;
 }
@@ -95,10 +112,9 @@ Load board_load(const fs::path& sys, const fs::path& dives) {
   const std::vector<double> zones = numbers_in(sys / "class/thermal", "temp");
   if (!zones.empty()) load.temperature_deg = 1e-3 * std::ranges::max(zones);
   // Bits of now: 0 voltage too low, 1 and 2 slowed down.
-  constexpr int kHexadecimal = 16, kSlowed = 0b111;
-  const auto flags =
-      number_in(sys / "devices/platform/soc/soc:firmware/get_throttled", kHexadecimal);
-  load.throttled = flags && (static_cast<int>(*flags) & kSlowed) != 0;
+  constexpr unsigned kWeak = 0b001, kSlowed = 0b110;
+  if (const auto bits = throttling_bits(sys))
+    load.throttling = Throttling{(*bits & kWeak) != 0, (*bits & kSlowed) != 0};
   load.memory = memory_used(sys);
   std::error_code error;
   const fs::space_info space = fs::space(dives, error);

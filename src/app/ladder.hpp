@@ -10,14 +10,20 @@
 
 namespace nadir::app {
 
+/// What the firmware of a Raspberry Pi does now.
+struct Throttling {
+  bool weak_supply = false;  ///< the voltage is too low
+  bool slowed_down = false;  ///< mostly by heat
+};
+
 /// What the board has to bear. Unknown is none.
 struct Load {
   double dropped = 0;  ///< of the images and windows of the last seconds, those that found no room
-  std::optional<double> temperature_deg;
-  bool throttled = false;        ///< by heat or a weak supply, says the firmware
-  std::optional<double> memory;  ///< used, of what the service may use
-  std::optional<double> free_disk_gb;
-  std::optional<double> battery;  ///< left, of full
+  std::optional<double> temperature_deg{};
+  std::optional<Throttling> throttling{};
+  std::optional<double> memory{};  ///< used, of what the service may use
+  std::optional<double> free_disk_gb{};
+  std::optional<double> battery{};  ///< left, of full
 };
 
 /// sys: /sys; dives: whose disk counts. dropped is left to the caller.

@@ -218,6 +218,8 @@ void Publisher::publish(const Alert& alert) {
   send(serve::Lane::state, wire::AlertRecord{alerts_++, alert});
 }
 
+void Publisher::publish(const wire::Check& check) { send(serve::Lane::state, check); }
+
 void Publisher::publish(const std::vector<StageStats>& stages) {
   send(serve::Lane::state, wire::Statistics{stages});
 }

@@ -36,6 +36,7 @@ class Publisher {
   void publish(const Revision& revision);
   void publish(const Alert& alert);
   void publish(const std::vector<StageStats>& stages);
+  void publish(const wire::Check& check);
   /// The dive is mapped; dropped_at_end: images dropped after the last shot.
   void finish(std::uint32_t dropped_at_end);
 

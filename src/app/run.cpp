@@ -1,10 +1,11 @@
 // SPDX-FileCopyrightText: nadir contributors
 // SPDX-License-Identifier: Apache-2.0
 // The live service: waits for what is missing, maps, and tells the service manager that it lives.
+#include <algorithm>
+#include <array>
 #include <chrono>
 #include <condition_variable>
 #include <cstdio>
-#include <deque>
 #include <memory>
 #include <mutex>
 #include <opencv2/core/utility.hpp>
@@ -12,10 +13,15 @@
 
 #include "configured.hpp"
 #include "dive_course.hpp"
+#include "drop_rate.hpp"
 #include "earlier_dives.hpp"
+#include "heartbeat.hpp"
 #include "interrupt.hpp"
+#include "live_check.hpp"
 #include "nadir/capture/camera_source.hpp"
 #include "nadir/core/check.hpp"
+#include "nadir/pipeline/progress.hpp"
+#include "nadir/record/disk.hpp"
 #include "page_assets.hpp"
 #include "service_manager.hpp"
 #include "variation.hpp"
@@ -36,75 +42,92 @@ void log(const Alert& alert) {
                alert.message.c_str(), alert.remedy.c_str());
 }
 
+std::string where_the_map_is(const serve::Config& config, std::uint16_t port) {
+  if (port != 0) return "the map: " + page_url(config.address, port) + "\n";
+  return "another program holds port " + std::to_string(config.port) +
+         "; the dive is recorded, and the page comes as soon as it is free\n";
+}
+
+// False when told to stop.
+bool pause(Heartbeat& heart, const std::stop_token& stop) {
+  heart.beat();
+  std::mutex alone;
+  std::unique_lock lock(alone);
+  std::condition_variable_any().wait_for(lock, stop, 1s, [] { return false; });
+  return !stop.stop_requested();
+}
+
 /// Until the graph runs, this thread alone speaks to the page.
 class Beginning {
  public:
-  Beginning(const Config& config, ServiceManager& manager, const std::stop_token& stop)
-      : config_(config), manager_(manager), stop_(stop) {}
+  Beginning(const Config& config, ServiceManager& manager, Heartbeat& heart, Publisher& page,
+            std::stop_token stop)
+      : config_(config), manager_(manager), heart_(heart), page_(page), stop_(std::move(stop)) {}
 
-  std::unique_ptr<serve::WebServer> open_page();
-  std::optional<Shot> first_image(capture::CameraSource& cameras, Publisher& page);
-  Config with_variation(Publisher& page);
-  std::unique_ptr<record::Dive> begin_dive(capture::CameraSource& cameras, Publisher& page);
-
-  /// Told already, to be recorded with the dive.
-  const std::vector<Alert>& alerts() const { return alerts_; }
+  std::unique_ptr<capture::CameraSource> open_cameras();
+  std::optional<Shot> first_image(capture::CameraSource& cameras, LiveCheck& check);
+  Config with_variation();
+  std::unique_ptr<record::Dive> begin_dive(capture::CameraSource& cameras, record::Disk& disk);
 
  private:
-  void tell(const Alert& alert, Publisher& page);
-  bool pause() const;
+  void tell(const Alert& alert);
+  void tell_once(AlertKind kind, const std::string& fault);
 
   const Config& config_;
   ServiceManager& manager_;
+  Heartbeat& heart_;
+  Publisher& page_;
   const std::stop_token stop_;
-  std::vector<Alert> alerts_;
+  std::vector<Alert> alerts_;  ///< told already, to be recorded with the dive
+  std::string fault_;          ///< told last
 };
 
-void Beginning::tell(const Alert& alert, Publisher& page) {
+void Beginning::tell(const Alert& alert) {
   log(alert);
-  page.publish(alert);
+  page_.publish(alert);
   constexpr std::size_t kMost = 1000;
   if (alerts_.size() < kMost) alerts_.push_back(alert);
 }
 
-// False when told to stop.
-bool Beginning::pause() const {
-  manager_.feed_watchdog();
-  std::mutex alone;
-  std::unique_lock lock(alone);
-  std::condition_variable_any().wait_for(lock, stop_, 1s, [] { return false; });
-  return !stop_.stop_requested();
+void Beginning::tell_once(AlertKind kind, const std::string& fault) {
+  if (std::exchange(fault_, fault) == fault) return;
+  tell({monotonic_now(), std::nullopt, kind, fault,
+        "mapping begins by itself as soon as that is mended"});
 }
 
-// A port that another program holds may be free in a moment. Null when told to stop.
-std::unique_ptr<serve::WebServer> Beginning::open_page() {
-  std::string told;
+// A new board has no calibration yet. Null when told to stop.
+std::unique_ptr<capture::CameraSource> Beginning::open_cameras() {
   do {
     try {
-      return std::make_unique<serve::WebServer>(config_.serve, page_assets(), manager_.socket());
+      const bool keep = config_.record.originals != record::Originals::none;
+      return std::make_unique<capture::CameraSource>(config_.capture, keep);
     } catch (const InputError& error) {
-      if (manager_.socket()) throw;
-      if (std::exchange(told, error.what()) != error.what())
-        std::fprintf(stderr, "%s; it is tried again every second\n", error.what());
-      manager_.status("waiting for the page's port");
+      tell_once(AlertKind::calibration_suspect, error.what());
+      manager_.status("waiting for the camera's calibration");
     }
-  } while (pause());
+  } while (pause(heart_, stop_));
   return nullptr;
 }
 
 // None when told to stop.
-std::optional<Shot> Beginning::first_image(capture::CameraSource& cameras, Publisher& page) {
+std::optional<Shot> Beginning::first_image(capture::CameraSource& cameras, LiveCheck& check) {
   manager_.status("waiting for the camera");
+  Alert fault{0, std::nullopt, AlertKind::camera_lost, "has given no image yet", "none needed"};
   while (auto captured = cameras.next(stop_)) {
-    manager_.feed_watchdog();
-    for (const Alert& alert : captured->alerts) tell(alert, page);
+    heart_.beat();
+    for (const Alert& alert : captured->alerts) {
+      tell(alert);
+      fault = alert;
+    }
     if (captured->shot) return captured->shot;
+    const Load load = board_load("/sys", config_.record.dives);
+    if (const auto found = check.waiting(Watch::Clock::now(), load, fault)) page_.publish(*found);
   }
   return std::nullopt;
 }
 
 // Once images come: by then the clock may have been set.
-Config Beginning::with_variation(Publisher& page) {
+Config Beginning::with_variation() {
   Config config = config_;
   const auto now = std::chrono::system_clock::now().time_since_epoch();
   const auto variation = variation_by_model(config, std::chrono::nanoseconds(now).count());
@@ -113,14 +136,14 @@ Config Beginning::with_variation(Publisher& page) {
   std::fprintf(stderr, "magnetic variation by the model: %+.1f degrees\n", variation->degrees);
   if (std::optional<Alert> alert = variation->alert) {
     alert->time = monotonic_now();
-    tell(*alert, page);
+    tell(*alert);
   }
   return config;
 }
 
 // Null when told to stop.
 std::unique_ptr<record::Dive> Beginning::begin_dive(capture::CameraSource& cameras,
-                                                    Publisher& page) {
+                                                    record::Disk& disk) {
   const Time to_utc =
       std::chrono::nanoseconds(std::chrono::system_clock::now().time_since_epoch()).count() -
       monotonic_now();
@@ -129,70 +152,40 @@ std::unique_ptr<record::Dive> Beginning::begin_dive(capture::CameraSource& camer
                              {"camera_right", config_.capture.camera_right},
                              {"utc_minus_time_s", seconds(to_utc)},
                              {"utc_is_set", clock_is_set()}};
-  std::string told;
   do {
     try {
       const auto folder = new_dive(config_.record.dives);
       record::DiveInfo info = dive_info(input, "odometry", config_);
       info.survey_files = capture::calibration_files(config_.capture);
-      auto dive = std::make_unique<record::Dive>(folder, info, config_.record);
+      auto dive = std::make_unique<record::Dive>(folder, info, config_.record, disk);
       std::fprintf(stderr, "the dive: %s\n", folder.c_str());
       for (const Alert& alert : alerts_) dive->add(alert);
       return dive;
     } catch (const InputError& error) {
-      if (std::exchange(told, error.what()) != error.what()) {
-        tell({monotonic_now(), std::nullopt, AlertKind::storage, error.what(),
-              "mapping begins by itself as soon as it can be recorded"},
-             page);
-      }
+      tell_once(AlertKind::storage, error.what());
       manager_.status("waiting for the disk");
     }
-    cameras.next(stop_);  // what they see meanwhile is not kept
-  } while (pause());
+    // What the cameras see meanwhile is not kept.
+    const auto captured = cameras.next(stop_);
+    for (const Alert& alert : captured ? captured->alerts : std::vector<Alert>()) tell(alert);
+  } while (pause(heart_, stop_));
   return nullptr;
 }
 
 std::string in_words(const Graph& graph) {
-  std::uint64_t images = 0;
-  double rate = 0;
-  for (const StageStats& stage : graph.stats()) {
-    if (stage.stage != "odometry") continue;
-    images = stage.processed;
-    rate = stage.rate_out_hz;
-  }
-  char text[64];
-  std::snprintf(text, sizeof text, "mapping: %llu images, %.1f a second",
-                static_cast<unsigned long long>(images), rate);
-  return text;
+  const std::vector<StageStats> stages = graph.stats();
+  const auto capture = std::ranges::find(stages, "capture", &StageStats::stage);
+  std::array<char, 64> text{};
+  std::snprintf(text.data(), text.size(), "mapping: %llu images, %.1f a second",
+                static_cast<unsigned long long>(graph.shots().accepted),
+                capture == stages.end() ? 0 : capture->rate_out_hz);
+  return text.data();
 }
-
-/// Of what came to the stages in the last seconds, the part that found no room.
-class DropRate {
- public:
-  double observe(const std::vector<StageStats>& stages) {
-    constexpr std::size_t kCalls = 10;
-    Count count;
-    for (const StageStats& stage : stages) {
-      if (stage.stage == "outputs") continue;  // datagrams may be lost
-      count.dropped += stage.dropped;
-      if (stage.stage == "odometry") count.images = stage.processed + stage.dropped;
-    }
-    counts_.push_back(count);
-    if (counts_.size() > kCalls + 1) counts_.pop_front();
-    const double images = static_cast<double>(count.images - counts_.front().images);
-    return images > 0 ? static_cast<double>(count.dropped - counts_.front().dropped) / images : 0;
-  }
-
- private:
-  struct Count {
-    std::uint64_t images = 0, dropped = 0;
-  };
-  std::deque<Count> counts_;  ///< two a second
-};
 
 // Until told to stop or a stage has ended by a fault. A stage that hangs cannot be ended: the
 // process has to be, and the journal is whole at any instant.
-void supervise(Graph& graph, const Config& config, ServiceManager& manager,
+void supervise(Graph& graph, const Config& config, ServiceManager& manager, Heartbeat& heart,
+               const capture::CameraSource& cameras, LiveCheck& check,
                const std::stop_token& stop) {
   Watch watch;
   Ladder ladder;
@@ -200,66 +193,109 @@ void supervise(Graph& graph, const Config& config, ServiceManager& manager,
   std::mutex alone;
   std::unique_lock lock(alone);
   while (!stop.stop_requested()) {
-    if (const auto stage = watch.hung(Watch::Clock::now(), graph.activities())) {
+    const auto now = Watch::Clock::now();
+    if (const auto stage = watch.hung(now, graph.activities())) {
       std::fprintf(stderr, "load: the stage %s hangs; nadir starts again\n", stage->c_str());
       manager.trigger_watchdog();
       std::_Exit(1);
     }
-    manager.feed_watchdog();
+    heart.beat();
     Load load = board_load("/sys", config.record.dives);
-    load.dropped = drop_rate.observe(graph.stats());
-    const Economy economy = ladder.observe(Watch::Clock::now(), load);
+    load.dropped = drop_rate.observe(graph.shots(), graph.stats());
+    const Economy economy = ladder.observe(now, load);
     graph.economise(economy, ladder.reason(), monotonic_now());
+    if (const auto found = check.mapping(now, load, graph, cameras)) graph.show(*found);
     manager.status(in_words(graph));
     std::condition_variable_any().wait_for(lock, stop, 500ms, [] { return false; });
   }
 }
 
+/// A slow card answers call by call.
+class WatchedDisk : public record::Disk {
+ public:
+  std::int64_t write(int file, record::ByteView bytes) override {
+    return noted(Disk::write(file, bytes));
+  }
+  int sync(int file) override { return noted(Disk::sync(file)); }
+  int sync_all(int directory) override { return noted(Disk::sync_all(directory)); }
+
+ private:
+  template <class Result>
+  static Result noted(Result result) {
+    pipeline::note_progress();
+    return result;
+  }
+};
+
+// The page says what is wrong with the settings until they are right; systemd then starts anew.
+int wait_for_settings(const Run& live, std::string fault, ServiceManager& manager, Heartbeat& heart,
+                      const std::stop_token& stop) {
+  serve::WebServer server({}, page_assets(), manager.socket(), serve::Listen::in_time);
+  Publisher page(server, "live", 0);
+  manager.ready();
+  manager.status("waiting for its settings");
+  do {
+    const Alert alert{monotonic_now(), std::nullopt, AlertKind::storage, fault,
+                      "correct the file; nadir begins by itself"};
+    log(alert);
+    page.publish(alert);
+    try {
+      while (pause(heart, stop)) {
+        configured(live.settings, live.serve);
+        return 1;
+      }
+    } catch (const InputError& error) {
+      fault = error.what();
+    }
+  } while (!stop.stop_requested());
+  return 0;
+}
+
 }  // namespace
 
 int run(const Run& live) {
-  const Config config = configured(live.settings, live.serve);
   ServiceManager manager;
   cv::setNumThreads(1);
   Interrupt interrupt;
   std::stop_source stop;
   interrupt.on_interrupt([stop]() mutable { stop.request_stop(); });
   const auto begun = Watch::Clock::now();
-  capture::CameraSource cameras(config.capture, config.record.originals != record::Originals::none);
-
-  Beginning beginning(config, manager, stop.get_token());
-  const auto server = beginning.open_page();
-  if (!server) return 0;
-  std::fprintf(stderr, "the map: %s\n", page_url(config.serve.address, server->port()).c_str());
+  Heartbeat heart(manager);
+  Config config;
+  try {
+    config = configured(live.settings, live.serve);
+  } catch (const InputError& error) {
+    return wait_for_settings(live, error.what(), manager, heart, stop.get_token());
+  }
+  serve::WebServer server(config.serve, page_assets(), manager.socket(), serve::Listen::in_time);
+  std::fputs(where_the_map_is(config.serve, server.port()).c_str(), stderr);
   manager.ready();
   const Recoveries recoveries(unfinished_dives(config.record.dives));
-  Publisher page(*server, "live", 0);
-  std::optional<Shot> first = beginning.first_image(cameras, page);
+  Publisher page(server, "live", 0);
+  LiveCheck check(config);
+  Beginning beginning(config, manager, heart, page, stop.get_token());
+  const auto cameras = beginning.open_cameras();
+  if (!cameras) return 0;
+  std::optional<Shot> first = beginning.first_image(*cameras, check);
   if (!first) return 0;
-  const Config mapping = beginning.with_variation(page);
-  const auto dive = beginning.begin_dive(cameras, page);
+  check.stop_measuring();
+  const Config mapping = beginning.with_variation();
+  WatchedDisk disk;
+  const auto dive = beginning.begin_dive(*cameras, disk);
   if (!dive) return 0;
 
   Progress progress(0, stderr);
   const auto next = [&](const std::stop_token& ending) -> std::optional<capture::Captured> {
     if (first) return capture::Captured{std::exchange(first, std::nullopt), {}};
-    return cameras.next(ending);
+    return cameras->next(ending);
   };
-  const auto note_speed = [&](double px_a_second) { cameras.note_speed(px_a_second); };
+  const auto note_speed = [&](double px_a_second) { cameras->note_speed(px_a_second); };
   Graph graph(mapping, {Rate::Kind::live, 0},
-              {next, cameras.lasers(), note_speed, *dive, &page, progress});
+              {next, cameras->lasers(), note_speed, *dive, &page, progress});
   interrupt.on_interrupt([stop = graph.stop_source()]() mutable { stop.request_stop(); });
-  supervise(graph, config, manager, graph.stop_source().get_token());
+  supervise(graph, config, manager, heart, *cameras, check, graph.stop_source().get_token());
   manager.stopping();
-  // The files of a long dive take their time.
-  const std::jthread alive([&](const std::stop_token& done) {
-    std::mutex alone;
-    std::unique_lock lock(alone);
-    while (!done.stop_requested()) {
-      manager.feed_watchdog();
-      std::condition_variable_any().wait_for(lock, done, 1s, [] { return false; });
-    }
-  });
+  heart.beat(1h);  // the files of a long dive take their time; systemd's TimeoutStopSec bounds it
   return finish_dive({graph, *dive, &page, progress, begun});
 }
 

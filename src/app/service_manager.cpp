@@ -14,7 +14,7 @@ ServiceManager::ServiceManager() {
 }
 
 void ServiceManager::ready() { sd_notify(0, "READY=1"); }
-void ServiceManager::feed_watchdog() { sd_notify(0, "WATCHDOG=1"); }
+void ServiceManager::feed_watchdog() const { sd_notify(0, "WATCHDOG=1"); }
 void ServiceManager::trigger_watchdog() { sd_notify(0, "WATCHDOG=trigger"); }
 void ServiceManager::stopping() { sd_notify(0, "STOPPING=1"); }
 

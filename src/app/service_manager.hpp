@@ -20,8 +20,8 @@ class ServiceManager {
   void ready();
   /// What `systemctl status` shows; told only when it has changed.
   void status(const std::string& text);
-  /// Is alive: expected every few seconds.
-  void feed_watchdog();
+  /// Is alive: expected every few seconds. Any thread.
+  void feed_watchdog() const;
   /// Hangs: to be killed and started again at once.
   void trigger_watchdog();
   void stopping();

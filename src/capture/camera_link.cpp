@@ -59,7 +59,9 @@ void CameraLink::keep_open(Time now, std::vector<Alert>& alerts) {
 }
 
 std::optional<Picture> CameraLink::take(Time now, std::vector<Alert>& alerts) {
-  while (camera_) {
+  // A driver in trouble may hand out old pictures as fast as it is given them back.
+  constexpr int kMostOld = 16;
+  for (int old = 0; camera_ && old < kMostOld; ++old) {
     Camera::Taken taken = camera_->take();
     if (!taken.gone.empty()) lose(now, taken.gone, alerts);
     if (!taken.picture) return std::nullopt;
@@ -71,6 +73,7 @@ std::optional<Picture> CameraLink::take(Time now, std::vector<Alert>& alerts) {
       period_ = std::max(period, period_ + (period - period_) / 8);
     }
     newest_ = taken.picture->time;
+    if (!taken.picture->fault.empty()) return std::move(taken.picture);  // no sign of health
     has_given_ = true;
     due_ = now + patience();
     retry_ = kFirstRetry;

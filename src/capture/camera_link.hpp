@@ -22,8 +22,8 @@ class CameraLink {
   CameraLink(std::string role, Open open);
 
   /// Opens the camera when it is time to. Tells camera_lost of a camera that cannot be opened or
-  /// has given no picture for three periods, once for each reason, and camera_back with the first
-  /// picture after it.
+  /// has given no whole picture for three periods, once for each reason, and camera_back with the
+  /// first one after it.
   void keep_open(Time now, std::vector<Alert>& alerts);
   /// The next picture waiting. Pictures that are not later than the one before are passed over.
   std::optional<Picture> take(Time now, std::vector<Alert>& alerts);

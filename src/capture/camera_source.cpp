@@ -13,6 +13,7 @@
 #include <cmath>
 #include <cstring>
 #include <filesystem>
+#include <limits>
 #include <opencv2/imgproc.hpp>
 #include <utility>
 
@@ -20,6 +21,7 @@
 #include "camera_link.hpp"
 #include "file.hpp"
 #include "nadir/core/check.hpp"
+#include "nadir/core/rounded.hpp"
 #include "nadir/image_io/decode.hpp"
 #include "nadir/image_io/encode.hpp"
 #include "pairing.hpp"
@@ -29,6 +31,7 @@ namespace {
 
 constexpr Time kMillisecond = 1'000'000;
 constexpr Time kSecond = 1000 * kMillisecond;
+constexpr Time kNoSkew = std::numeric_limits<Time>::max();
 constexpr Time kTellLost = 10 * kSecond;  // losses of so long are told together
 
 Time monotonic_now() {
@@ -115,12 +118,11 @@ struct CameraSource::State {
   std::optional<Picture> take_whole(CameraLink& link, Time now, std::vector<Alert>& alerts);
   std::optional<PicturePair> take_pictures(Time now, std::vector<Alert>& alerts);
   std::optional<Shot> next_shot(Time now, std::vector<Alert>& alerts);
-  std::shared_ptr<const Frame> frame_of(const PicturePair& pictures);
   std::shared_ptr<const OriginalImages> originals_of(const PicturePair& pictures) const;
   std::string decode_into(Frame& frame, const PicturePair& pictures) const;
   std::uint32_t missed_before(Time time);
   void lose(std::uint32_t images, const std::string& fault);
-  void tell_lost(const Shot& shot, std::vector<Alert>& alerts);
+  void tell_lost(Time now, std::optional<std::uint64_t> image, std::vector<Alert>& alerts);
   void tell_skew(const Shot& shot, std::vector<Alert>& alerts);
   void steer_exposure(const Frame& frame);
   void wait(Time until) const;
@@ -137,9 +139,10 @@ struct CameraSource::State {
   std::optional<Time> newest;  ///< image handed out
   std::uint32_t lost = 0;      ///< by the cameras since then
   std::uint64_t lost_untold = 0;
-  std::string last_fault;            ///< of those
-  std::optional<Time> told;          ///< when losses were
-  double skew_told_ms = 0;           ///< the largest
+  std::string last_fault;    ///< of those
+  std::optional<Time> told;  ///< when losses were
+  double skew_told_ms = 0;   ///< the largest
+  std::atomic<Time> last_skew = kNoSkew;
   std::atomic<double> speed_px = 0;  ///< of the ground in the images, a second
   std::optional<ExposureControl> exposure;
   int exposed = 0;  ///< which opening of the camera it steers
@@ -153,7 +156,10 @@ const std::optional<calibration::Lasers>& CameraSource::lasers() const { return 
 
 void CameraSource::note_speed(double px_a_second) { state_->speed_px = px_a_second; }
 
-std::optional<Time> CameraSource::skew() const { return state_->pairing.skew(); }
+std::optional<Time> CameraSource::skew() const {
+  const Time skew = state_->last_skew;
+  return skew == kNoSkew ? std::nullopt : std::optional(skew);
+}
 
 std::optional<Captured> CameraSource::next(const std::stop_token& stop) {
   State& s = *state_;
@@ -168,6 +174,8 @@ std::optional<Captured> CameraSource::next(const std::stop_token& stop) {
     for (CameraLink& link : s.links) link.keep_open(now, captured.alerts);
     if (!captured.alerts.empty()) break;
   }
+  // Of images that all come damaged no shot tells.
+  if (!captured.shot) s.tell_lost(monotonic_now(), std::nullopt, captured.alerts);
   return captured;
 }
 
@@ -242,7 +250,7 @@ std::optional<Shot> CameraSource::State::next_shot(Time now, std::vector<Alert>&
     shot.frame = std::make_shared<const Frame>(std::move(frame));
     if (keep_originals) shot.originals = originals_of(*pictures);
     newest = shot.time;
-    tell_lost(shot, shot.alerts);
+    tell_lost(shot.time, shot.image, shot.alerts);
     tell_skew(shot, shot.alerts);
     return shot;
   }
@@ -255,7 +263,7 @@ void CameraSource::State::steer_exposure(const Frame& frame) {
     const auto exposing = links[0].exposing();
     exposure.reset();
     if (!exposing) return;
-    exposure.emplace(exposing->range, config.max_blur_px * config.divisor(), exposing->now);
+    exposure.emplace(exposing->range, config.max_blur_px, exposing->now);
   }
   const double full_speed_px = speed_px * config.divisor();
   const double period_ms = static_cast<double>(links[0].period()) / kMillisecond;
@@ -296,10 +304,11 @@ std::uint32_t CameraSource::State::missed_before(Time time) {
   return std::min(between, wanted - 1);
 }
 
-void CameraSource::State::tell_lost(const Shot& shot, std::vector<Alert>& alerts) {
-  if (lost_untold == 0 || (told && shot.time - *told < kTellLost)) return;
-  told = shot.time;
-  alerts.push_back({shot.time, shot.image, AlertKind::images_dropped,
+void CameraSource::State::tell_lost(Time now, std::optional<std::uint64_t> image,
+                                    std::vector<Alert>& alerts) {
+  if (lost_untold == 0 || (told && now - *told < kTellLost)) return;
+  told = now;
+  alerts.push_back({now, image, AlertKind::images_dropped,
                     std::to_string(std::exchange(lost_untold, 0)) +
                         " images of the camera were lost or damaged: " + last_fault,
                     "check its cable and plug; a lower capture.rate_hz asks less of them"});
@@ -308,12 +317,13 @@ void CameraSource::State::tell_lost(const Shot& shot, std::vector<Alert>& alerts
 void CameraSource::State::tell_skew(const Shot& shot, std::vector<Alert>& alerts) {
   const auto skew = pairing.skew();
   if (!skew) return;
+  last_skew = *skew;
   constexpr double kWorse = 1.5;  // than told before
   const double skew_ms = static_cast<double>(*skew) / kMillisecond;
   if (std::abs(skew_ms) <= std::max(config.max_skew_ms, kWorse * skew_told_ms)) return;
   skew_told_ms = std::abs(skew_ms);
   alerts.push_back({shot.time, shot.image, AlertKind::stereo_skew,
-                    "the right camera's images are taken " + std::to_string(skew_ms) +
+                    "the right camera's images are taken " + rounded(skew_ms) +
                         " ms after the left one's: in motion, scale and depth are wrong",
                     "trigger both cameras by one signal, or move slowly"});
 }

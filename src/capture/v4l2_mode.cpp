@@ -12,6 +12,7 @@
 #include <utility>
 
 #include "ioctl.hpp"
+#include "nadir/core/rounded.hpp"
 
 namespace nadir::capture {
 namespace {
@@ -270,7 +271,7 @@ std::vector<std::string> set_controls(int device, const CameraMode& wanted) {
   if (wanted.focus >= 0) {
     const auto focus = static_cast<std::int32_t>(std::lround(wanted.focus));
     require(set_control(device, V4L2_CID_FOCUS_ABSOLUTE, focus),
-            "its focus cannot be set to " + std::to_string(focus));
+            "its focus cannot be set to " + rounded(focus));
   }
   // In the dark a camera would rather give fewer images.
   if (range_of(device, V4L2_CID_EXPOSURE_AUTO_PRIORITY))
@@ -279,7 +280,7 @@ std::vector<std::string> set_controls(int device, const CameraMode& wanted) {
     const auto units = static_cast<std::int32_t>(std::lround(kExposureUnits * wanted.exposure_ms));
     set_control(device, V4L2_CID_EXPOSURE_AUTO, V4L2_EXPOSURE_MANUAL);
     require(set_control(device, V4L2_CID_EXPOSURE_ABSOLUTE, std::max(units, 1)),
-            "its exposure cannot be set to " + std::to_string(wanted.exposure_ms) + " ms");
+            "its exposure cannot be set to " + rounded(wanted.exposure_ms) + " ms");
   } else if (range_of(device, V4L2_CID_EXPOSURE_AUTO)) {
     // UVC cameras know one of the two.
     if (!set_control(device, V4L2_CID_EXPOSURE_AUTO, V4L2_EXPOSURE_APERTURE_PRIORITY))
@@ -288,7 +289,7 @@ std::vector<std::string> set_controls(int device, const CameraMode& wanted) {
   if (wanted.gain >= 0) {
     set_control(device, V4L2_CID_AUTOGAIN, 0);
     require(set_control(device, V4L2_CID_GAIN, static_cast<std::int32_t>(std::lround(wanted.gain))),
-            "its gain cannot be set to " + std::to_string(wanted.gain));
+            "its gain cannot be set to " + rounded(wanted.gain));
   } else if (range_of(device, V4L2_CID_AUTOGAIN)) {
     set_control(device, V4L2_CID_AUTOGAIN, 1);
   }

@@ -2,49 +2,13 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "stereo_check.hpp"
 
-#include <Eigen/Geometry>
-#include <cmath>
-
-#include "resection.hpp"
-#include "triangulation.hpp"
+#include "nadir/odometry/pair_fit.hpp"
 
 namespace nadir::odometry {
 namespace {
 
-constexpr int kPairs = 2;            // that must say the same
-constexpr int kMinMatches = 40;      // of a pair that says anything
-constexpr int kMinCorners = 60;      // of an image that is not blank
-constexpr double kTolerance_px = 3;  // corners are good to 0.6 px, a doubtful calibration to more
-constexpr double kMinShare = 0.5;    // of the matches, in front of both cameras and on their lines
-
-// Correspondences found without the calibration, and how many of them it allows.
-struct Count {
-  int matches = 0, allowed = 0;
-  bool right_blank = false;
-};
-
-Count count(const View& pair) {
-  const CameraRig& rig = *pair.frame->rig;
-  const CameraModel& camera = rig.right->camera;
-  const Features right = detect_features(pair.frame->right, camera, pair.features.size());
-  const auto matched = correspond(pair.features, right, camera);
-  Count count;
-  count.right_blank = right.size() < kMinCorners;
-  for (const auto& [i, k] : matched.pairs) {
-    ++count.matches;
-    const Eigen::Vector2d& a = pair.features.rays[static_cast<std::size_t>(i)];
-    const Eigen::Vector2d& b = right.rays[static_cast<std::size_t>(k)];
-    const std::array<Bearing, 2> bearings{{{{}, a}, {rig.right->right_from_left, b}}};
-    const auto x = triangulate(bearings);
-    if (!x) continue;
-    const auto again = ray_of(*x), other = ray_of(rig.right->right_from_left * *x);
-    if (again && other && (*again - a).norm() * rig.left.fx < kTolerance_px &&
-        (*other - b).norm() * camera.fx < kTolerance_px) {
-      ++count.allowed;
-    }
-  }
-  return count;
-}
+constexpr int kPairs = 2;          // that must say the same
+constexpr double kMinShare = 0.5;  // of the matches, in front of both cameras and on their lines
 
 Alert blank_right(const Frame& frame) {
   return {frame.time, frame.image, AlertKind::calibration_suspect,
@@ -67,11 +31,11 @@ std::shared_ptr<const Frame> StereoCheck::passed(const View& pair, std::vector<A
   const Frame& frame = *pair.frame;
   if (!frame.rig->right || frame.right.empty() || agreeing_ == kPairs) return pair.frame;
   if (contradicting_ < kPairs && !is_blank(pair)) {
-    const auto [matches, allowed, right_blank] = count(pair);
-    if (right_blank && ++contradicting_ == kPairs) alerts.push_back(blank_right(frame));
-    if (!right_blank && matches >= kMinMatches) {
-      ++(allowed >= kMinShare * matches ? agreeing_ : contradicting_);
-      if (contradicting_ == kPairs) alerts.push_back(suspicion(frame, matches, allowed));
+    const PairFit fit = pair_fit(frame, pair.features);
+    if (fit.right_blank && ++contradicting_ == kPairs) alerts.push_back(blank_right(frame));
+    if (!fit.right_blank && fit.matches >= kEnoughMatches) {
+      ++(fit.allowed >= kMinShare * fit.matches ? agreeing_ : contradicting_);
+      if (contradicting_ == kPairs) alerts.push_back(suspicion(frame, fit.matches, fit.allowed));
     }
   }
   return contradicting_ > agreeing_ ? without_right(frame) : pair.frame;

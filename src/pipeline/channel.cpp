@@ -3,6 +3,7 @@
 #include "nadir/pipeline/channel.hpp"
 
 #include "nadir/core/check.hpp"
+#include "nadir/pipeline/progress.hpp"
 
 namespace nadir::pipeline {
 
@@ -41,7 +42,10 @@ bool Edge::reserve() {
   NADIR_CHECK(!closed_.load(std::memory_order_relaxed));
   if (abandoned_.load(std::memory_order_acquire)) return false;
   if (when_full_ == WhenFull::wait) {
-    room_.wait();
+    if (!room_.tryWait()) {
+      const WaitForAnother reader;
+      room_.wait();
+    }
   } else if (!room_.tryWait()) {
     dropped_.fetch_add(1, std::memory_order_relaxed);
     return false;

@@ -93,17 +93,24 @@ StageStats Stage::stats() const {
 }
 
 StageActivity Stage::activity() const {
-  StageActivity activity{name_, {}, 0};
-  if (const Meter::Clock::rep begun = begun_; begun != 0) {
-    activity.busy = Meter::Clock::now().time_since_epoch() - Meter::Clock::duration(begun);
-  }
-  if (const int thread = thread_id_; thread != 0) activity.cpu_s = cpu_s_of(thread);
+  StageActivity activity;
+  activity.stage = name_;
+  const bool waits = progress_.waits_for_another();
+  activity.busy = progress_.busy(Progress::Clock::now());
+  const int thread = thread_id_;
+  if (thread == 0) return activity;
+  activity.cpu_s = cpu_s_of(thread);
+  activity.neglects_input =
+      !waits && !activity.busy &&
+      std::ranges::any_of(inputs_, [](const Input& input) { return input.edge->depth() > 0; });
+  activity.processed = meter_.read(Meter::Clock::now(), 0).count;
   return activity;
 }
 
 void Stage::run(const std::function<void()>& work) {
   pthread_setname_np(pthread_self(), name_.substr(0, kThreadNameLength).c_str());
   thread_id_ = gettid();
+  Progress::of_this_thread() = &progress_;
   try {
     work();
     if (flush_ && !stopped_) flush_();
@@ -113,18 +120,12 @@ void Stage::run(const std::function<void()>& work) {
   for (const Input& input : inputs_) input.edge->abandon();
   close_();
   cpu_s_ = thread_cpu_s();
-  begun_ = 0;
+  progress_.end();
   thread_id_ = 0;
 }
 
-Meter::Clock::time_point Stage::begin() {
-  const auto now = Meter::Clock::now();
-  begun_ = now.time_since_epoch().count();
-  return now;
-}
-
 void Stage::measure(Meter::Clock::time_point begin) {
-  begun_ = 0;
+  progress_.end();
   meter_.add(begin, Meter::Clock::now(), arrived());
   cpu_s_ = thread_cpu_s();
 }
@@ -133,9 +134,9 @@ void Stage::consume() {
   Bell& bell = *inputs_[0].edge->bell();
   while (!std::ranges::all_of(inputs_, [](const Input& input) { return input.edge->ended(); })) {
     bell.wait();
-    const auto begun = begin();
+    const auto begun = progress_.begin();
     if (take_one()) measure(begun);
-    begun_ = 0;
+    progress_.end();
   }
 }
 
@@ -145,7 +146,7 @@ bool Stage::take_one() {
 
 void Stage::produce(const std::function<bool()>& produce_one) {
   while (!stopped_) {
-    const auto begun = begin();
+    const auto begun = progress_.begin();
     if (!produce_one()) return;
     measure(begun);
   }

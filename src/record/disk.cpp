@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: nadir contributors
 // SPDX-License-Identifier: Apache-2.0
-#include "disk.hpp"
+#include "nadir/record/disk.hpp"
 
 #include <fcntl.h>
 #include <sys/file.h>

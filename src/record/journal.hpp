@@ -15,7 +15,7 @@
 #include <optional>
 
 #include "archive.hpp"
-#include "disk.hpp"
+#include "nadir/record/disk.hpp"
 
 namespace nadir::record {
 

@@ -8,7 +8,7 @@
 #include <string_view>
 
 #include "archive.hpp"
-#include "disk.hpp"
+#include "nadir/record/disk.hpp"
 
 namespace nadir::record {
 

@@ -8,8 +8,8 @@
 #include <optional>
 #include <string>
 
-#include "disk.hpp"
 #include "nadir/core/window.hpp"
+#include "nadir/record/disk.hpp"
 #include "nadir/record/dive.hpp"
 
 namespace nadir::record {

@@ -5,9 +5,9 @@
 // file get their names.
 #pragma once
 
-#include "disk.hpp"
 #include "facts.hpp"
 #include "nadir/image_io/encode.hpp"
+#include "nadir/record/disk.hpp"
 
 namespace nadir::record {
 

@@ -9,7 +9,7 @@
 #include <numbers>
 #include <utility>
 
-#include "rounded.hpp"
+#include "nadir/core/rounded.hpp"
 
 namespace nadir::reference {
 namespace {

@@ -8,7 +8,7 @@
 #include <limits>
 
 #include "ground.hpp"
-#include "rounded.hpp"
+#include "nadir/core/rounded.hpp"
 
 namespace nadir::reference {
 namespace {

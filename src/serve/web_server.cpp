@@ -26,6 +26,7 @@ namespace {
 constexpr std::size_t kHeaderBytes = 8 << 10;
 constexpr std::chrono::milliseconds kFarewell{300};
 constexpr std::chrono::milliseconds kAcceptPause{100};  // without descriptors there is no accepting
+constexpr std::chrono::seconds kListenPause{1};
 
 using Response = http::response<http::span_body<const char>>;
 
@@ -123,7 +124,7 @@ void Config::check() const {
 
 class WebServer::Reactor {
  public:
-  Reactor(Config config, std::vector<Asset> assets, std::optional<int> listening);
+  Reactor(Config config, std::vector<Asset> assets, std::optional<int> listening, Listen when);
   ~Reactor() { stop(); }
 
   std::uint16_t port() const { return port_; }
@@ -132,8 +133,9 @@ class WebServer::Reactor {
   void stop();
 
  private:
-  void listen();
+  error_code listen();
   void take_over(int listening);
+  asio::awaitable<void> listen_in_time();
   asio::awaitable<void> accept();
   asio::awaitable<void> answer(Stream stream);
   asio::awaitable<void> reply(Stream& stream, const HttpRequest& request, bool more);
@@ -151,11 +153,12 @@ class WebServer::Reactor {
   asio::io_context io_{1};  // its end destroys the coroutines, which refer to all above
   tcp::acceptor acceptor_{io_};
   asio::steady_timer farewell_{io_};
-  std::uint16_t port_ = 0;
+  std::atomic<std::uint16_t> port_ = 0;
   std::jthread thread_;
 };
 
-WebServer::Reactor::Reactor(Config config, std::vector<Asset> assets, std::optional<int> listening)
+WebServer::Reactor::Reactor(Config config, std::vector<Asset> assets, std::optional<int> listening,
+                            Listen when)
     : config_((config.check(), std::move(config))),
       feed_{random_id(),
             RetainedRecords(config_.retained_bytes),
@@ -167,17 +170,26 @@ WebServer::Reactor::Reactor(Config config, std::vector<Asset> assets, std::optio
   for (Asset& asset : assets) assets_.emplace(asset.path, asset);
   if (listening) {
     take_over(*listening);
-  } else {
-    listen();
+  } else if (const error_code error = listen()) {
+    if (when == Listen::at_once) {
+      throw InputError(
+          "cannot listen on " + config_.address + " port " + std::to_string(config_.port) + ": " +
+          error.message() +
+          "; end the program that holds it or choose another (serve.address, serve.port)");
+    }
   }
-  spawn(io_, accept());
+  if (port_ != 0) {
+    spawn(io_, accept());
+  } else {
+    spawn(io_, listen_in_time());
+  }
   thread_ = std::jthread([this] {
     pthread_setname_np(pthread_self(), "serve");
     io_.run();
   });
 }
 
-void WebServer::Reactor::listen() {
+error_code WebServer::Reactor::listen() {
   const tcp::endpoint endpoint(asio::ip::make_address(config_.address), config_.port);
   error_code error;
   acceptor_.open(endpoint.protocol(), error);
@@ -188,13 +200,22 @@ void WebServer::Reactor::listen() {
   }
   if (!error) acceptor_.bind(endpoint, error);
   if (!error) acceptor_.listen(tcp::socket::max_listen_connections, error);
+  error_code ignored;
   if (error) {
-    throw InputError(
-        "cannot listen on " + config_.address + " port " + std::to_string(config_.port) + ": " +
-        error.message() +
-        "; end the program that holds it or choose another (serve.address, serve.port)");
+    acceptor_.close(ignored);
+  } else {
+    port_ = acceptor_.local_endpoint().port();
   }
-  port_ = acceptor_.local_endpoint().port();
+  return error;
+}
+
+asio::awaitable<void> WebServer::Reactor::listen_in_time() {
+  error_code ignored;
+  while (!stopped_ && listen()) {
+    asio::steady_timer pause(io_, kListenPause);
+    co_await pause.async_wait(noting(ignored));
+  }
+  if (!stopped_) co_await accept();
 }
 
 void WebServer::Reactor::take_over(int listening) {
@@ -359,8 +380,10 @@ asio::awaitable<void> WebServer::Reactor::view(Stream& stream, const HttpRequest
   if (viewers_.empty()) farewell_.cancel();
 }
 
-WebServer::WebServer(Config config, std::vector<Asset> assets, std::optional<int> listening)
-    : reactor_(std::make_unique<Reactor>(std::move(config), std::move(assets), listening)) {}
+WebServer::WebServer(Config config, std::vector<Asset> assets, std::optional<int> listening,
+                     Listen listen)
+    : reactor_(std::make_unique<Reactor>(std::move(config), std::move(assets), listening, listen)) {
+}
 WebServer::~WebServer() = default;
 std::uint16_t WebServer::port() const { return reactor_->port(); }
 void WebServer::publish(Lane lane, std::uint64_t key, wire::Bytes record) {

@@ -226,4 +226,19 @@ std::optional<Statistics> decode_statistics(View record) {
   return from.finish(std::move(statistics));
 }
 
+std::optional<Check> decode_check(View record) {
+  Reader from(record, RecordType::check);
+  Check check;
+  const auto count = from.number<std::uint8_t>();
+  for (int i = 0; i < count && from.good(); ++i) {
+    Finding finding;
+    finding.verdict = from.choice(Verdict::absent);
+    finding.item = from.text();
+    finding.found = from.text();
+    finding.remedy = from.text();
+    check.findings.push_back(std::move(finding));
+  }
+  return from.finish(std::move(check));
+}
+
 }  // namespace nadir::wire

@@ -130,6 +130,14 @@ Bytes encode(const Statistics& statistics) {
   return to.finish();
 }
 
+Bytes encode(const Check& check) {
+  Writer to(RecordType::check);
+  to.number(static_cast<std::uint8_t>(check.findings.size()));
+  for (const Finding& finding : check.findings)
+    to.choice(finding.verdict).text(finding.item).text(finding.found).text(finding.remedy);
+  return to.finish();
+}
+
 std::uint64_t key(const State&) { return make_key(RecordType::state); }
 std::uint64_t key(const AlertRecord& alert) { return make_key(RecordType::alert, alert.id); }
 std::uint64_t key(const CameraInfo&) { return make_key(RecordType::camera); }
@@ -154,5 +162,6 @@ std::uint64_t key(const MosaicTile& tile) {
 }
 std::uint64_t key(const LiveImage&) { return make_key(RecordType::live_image); }
 std::uint64_t key(const Statistics&) { return make_key(RecordType::statistics); }
+std::uint64_t key(const Check&) { return make_key(RecordType::check); }
 
 }  // namespace nadir::wire

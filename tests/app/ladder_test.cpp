@@ -64,7 +64,8 @@ TEST_F(LadderTest, KnowsEachLimitAndNamesIt) {
     return ladder.reason();
   };
   EXPECT_THAT(reason_for([](Load& l) { l.temperature_deg = 84; }), HasSubstr("84 degrees"));
-  EXPECT_THAT(reason_for([](Load& l) { l.throttled = true; }), HasSubstr("supply"));
+  EXPECT_THAT(reason_for([](Load& l) { l.throttling = {.slowed_down = true}; }),
+              HasSubstr("supply"));
   EXPECT_THAT(reason_for([](Load& l) { l.memory = 0.9; }), HasSubstr("90 % of the memory"));
   EXPECT_THAT(reason_for([](Load& l) { l.free_disk_gb = 0.4; }), HasSubstr("disk"));
   EXPECT_THAT(reason_for([](Load& l) { l.battery = 0.1; }), HasSubstr("battery has 10 %"));
@@ -76,7 +77,7 @@ TEST(BoardLoad, ReadsWhatTheKernelTells) {
   Load load = board_load(sys, sys);
   EXPECT_FALSE(load.temperature_deg);
   EXPECT_FALSE(load.battery);
-  EXPECT_FALSE(load.throttled);
+  EXPECT_FALSE(load.throttling);
   ASSERT_TRUE(load.free_disk_gb);
   EXPECT_NEAR(*load.free_disk_gb, 1e-9 * static_cast<double>(fs::space(sys).available), 0.5);
   const auto write = [&](const fs::path& file, const std::string& text) {
@@ -91,7 +92,15 @@ TEST(BoardLoad, ReadsWhatTheKernelTells) {
   load = board_load(sys, sys);
   EXPECT_EQ(load.temperature_deg, 81.5);
   EXPECT_EQ(load.battery, 0.37);
-  EXPECT_TRUE(load.throttled);
+  ASSERT_TRUE(load.throttling);
+  EXPECT_TRUE(load.throttling->weak_supply);
+  EXPECT_TRUE(load.throttling->slowed_down);
+  fs::remove_all(sys / "devices/platform/soc");
+  write("devices/platform/soc@107c000000/soc@107c000000:firmware/get_throttled", "4\n");
+  load = board_load(sys, sys);
+  ASSERT_TRUE(load.throttling);
+  EXPECT_FALSE(load.throttling->weak_supply);
+  EXPECT_TRUE(load.throttling->slowed_down);
   fs::remove_all(sys);
 }
 

@@ -31,44 +31,6 @@ class SelfTest : public testing::Test {
   fs::path folder;
 };
 
-TEST_F(SelfTest, MeasuresTheDiskAndLeavesNothing) {
-  const auto findings = check_disk(folder / "dives");
-  ASSERT_EQ(findings.size(), 2u);
-  EXPECT_EQ(findings[0].item, "disk speed");
-  EXPECT_GT(std::stod(findings[0].found), 0);
-  EXPECT_EQ(findings[1].item, "disk space");
-  EXPECT_TRUE(fs::is_empty(folder / "dives"));
-}
-
-TEST_F(SelfTest, CallsADiskBadThatCannotBeWritten) {
-  write("file", "x");
-  const auto findings = check_disk(folder / "file" / "dives");
-  ASSERT_EQ(findings.size(), 1u);
-  EXPECT_EQ(findings[0].verdict, Verdict::bad);
-  EXPECT_THAT(findings[0].found, HasSubstr("Not a directory"));
-}
-
-TEST_F(SelfTest, ReadsTheHottestZoneAndTheFirmwaresFlags) {
-  EXPECT_EQ(check_heat(folder)[0].verdict, Verdict::absent);
-  write("class/thermal/thermal_zone0/temp", "41234\n");
-  write("class/thermal/thermal_zone1/temp", "52900\n");
-  write("class/thermal/cooling_device0/type", "fan\n");
-  auto findings = check_heat(folder);
-  ASSERT_EQ(findings.size(), 1u);
-  EXPECT_EQ(findings[0].verdict, Verdict::good);
-  EXPECT_EQ(findings[0].found, "53 degrees");
-  write("class/thermal/thermal_zone0/temp", "81000\n");
-  const fs::path flags = "devices/platform/soc/soc:firmware/get_throttled";
-  write(flags, "50000\n");  // it has happened since the start, but not now
-  findings = check_heat(folder);
-  EXPECT_EQ(findings[0].verdict, Verdict::doubtful);
-  EXPECT_EQ(findings[1].verdict, Verdict::good);
-  write(flags, "50005\n");
-  EXPECT_THAT(check_heat(folder)[1].found, HasSubstr("voltage"));
-  write(flags, "4\n");
-  EXPECT_THAT(check_heat(folder)[1].found, HasSubstr("heat"));
-}
-
 TEST_F(SelfTest, NamesTheSensorThatIsSilent) {
   sensors::Config config;
   EXPECT_EQ(check_sensors(config, 1s)[0].verdict, Verdict::absent);

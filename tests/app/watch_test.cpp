@@ -18,7 +18,7 @@ class WatchTest : public testing::Test {
                                             const std::string& stage = "stage") {
     now += 1s;
     cpu_s += cpu;
-    return watch.hung(now, {{"idle", {}, 0}, {stage, busy, cpu_s}});
+    return watch.hung(now, {{.stage = "idle"}, {.stage = stage, .busy = busy, .cpu_s = cpu_s}});
   }
 
   Watch watch;
@@ -50,6 +50,19 @@ TEST_F(WatchTest, FindsAStageThatStopsWorkingInTheMiddle) {
 
 TEST_F(WatchTest, IsNotMisledByManyItemsThatWaitABit) {
   for (int s = 1; s <= 100; ++s) EXPECT_FALSE(after_a_second(0, s % 2 == 0 ? 900ms : 100ms)) << s;
+}
+
+TEST_F(WatchTest, FindsAStageThatTakesNothingOfWhatWaits) {
+  const auto found = [&](bool neglects, std::uint64_t processed) {
+    now += 1s;
+    return watch.hung(now,
+                      {{.stage = "stage", .neglects_input = neglects, .processed = processed}});
+  };
+  for (std::uint64_t s = 0; s < 20; ++s) EXPECT_FALSE(found(true, s)) << s;  // it goes on
+  for (int s = 0; s < 3; ++s) EXPECT_FALSE(found(true, 19)) << s;
+  EXPECT_FALSE(found(false, 19));
+  for (int s = 0; s < 3; ++s) EXPECT_FALSE(found(true, 19)) << s;
+  EXPECT_EQ(found(true, 19), "stage");
 }
 
 TEST_F(WatchTest, LetsAStageWaitForever) {

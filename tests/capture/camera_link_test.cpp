@@ -145,6 +145,28 @@ TEST_F(CameraLinkTest, PassesOverPicturesThatAreNotLater) {
   EXPECT_FALSE(link.take(200, alerts));
 }
 
+TEST_F(CameraLinkTest, TakesDamagedPicturesForNoSignOfHealth) {
+  link.keep_open(0, alerts);
+  for (Time t = 1; t < 3 * kSecond; t += 100 * kMillisecond) {
+    give(t);
+    script.pictures.back().fault = "no JPEG";
+    EXPECT_TRUE(link.take(t, alerts));
+    link.keep_open(t, alerts);
+  }
+  EXPECT_TRUE(alerts.empty());
+  link.keep_open(3 * kSecond, alerts);
+  EXPECT_EQ(kinds(), (std::vector{AlertKind::camera_lost}));
+}
+
+TEST_F(CameraLinkTest, IsNotHeldUpByADriverThatRepeatsItself) {
+  link.keep_open(0, alerts);
+  give(100);
+  EXPECT_TRUE(link.take(200, alerts));
+  for (int i = 0; i < 1000; ++i) give(100);
+  EXPECT_FALSE(link.take(200, alerts));
+  EXPECT_GT(script.pictures.size(), 900u);
+}
+
 TEST_F(CameraLinkTest, MeasuresThePeriodAcrossLostPictures) {
   link.keep_open(0, alerts);
   for (int i = 0; i < 60; ++i) {

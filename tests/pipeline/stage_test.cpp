@@ -65,6 +65,49 @@ TEST(Stage, TellsHowLongItsItemTakes) {
   EXPECT_FALSE(stage.activity().busy);
 }
 
+TEST(Stage, BlamesTheOneThatIsWaitedFor) {
+  Channel<int> numbers(4, WhenFull::wait), products(1, WhenFull::wait);
+  std::atomic<bool> released = false;
+  Stage slow("slow", {from(products, [&](int) { released.wait(false); })}, [] {});
+  Stage quick("quick", {from(numbers, [&](int n) { products.push(n); })},
+              [&] { products.close(); });
+  for (int n = 0; n < 4; ++n) numbers.push(n);  // one is in hand, one waits, one finds no room
+  const auto waits = [&] {
+    const StageActivity at = quick.activity();
+    return !at.busy && !at.neglects_input && numbers.depth() == 1;
+  };
+  while (!waits() || slow.activity().busy.value_or(0ns) < 30ms) std::this_thread::yield();
+  for (int i = 0; i < 100; ++i) EXPECT_TRUE(waits());
+  released = true;
+  released.notify_all();
+  numbers.close();
+}
+
+TEST(Stage, TellsOfLongWorkThatItGoesOn) {
+  Channel<int> numbers(1, WhenFull::wait);
+  std::atomic<int> step = 0;
+  Stage stage("stage",
+              {from(numbers,
+                    [&](int) {
+                      step.wait(0);
+                      note_progress();
+                      step = 2;
+                      step.notify_all();
+                      step.wait(2);
+                    })},
+              [] {});
+  numbers.push(1);
+  while (stage.activity().busy.value_or(0ns) < 100ms) std::this_thread::yield();
+  const auto resumed = std::chrono::steady_clock::now();
+  step = 1;
+  step.notify_all();
+  step.wait(1);
+  EXPECT_LE(stage.activity().busy.value_or(1h), std::chrono::steady_clock::now() - resumed);
+  step = 3;
+  step.notify_all();
+  numbers.close();
+}
+
 TEST(Stage, CountsTheCpuTimeOfItsThread) {
   Channel<int> numbers(2, WhenFull::wait);
   const auto work_until_20_ms_are_used = [](int) {

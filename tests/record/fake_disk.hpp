@@ -12,7 +12,7 @@
 #include <utility>
 #include <vector>
 
-#include "disk.hpp"
+#include "nadir/record/disk.hpp"
 
 namespace nadir::record {
 

@@ -394,6 +394,25 @@ TEST(WebServer, SaysWhoHoldsThePortAndWhatToDo) {
   }
 }
 
+TEST(WebServer, WaitsForThePortWhenTold) {
+  auto first = std::make_unique<WebServer>(quick(), std::vector<Asset>());
+  Config config = quick();
+  config.port = first->port();
+  WebServer second(config, {}, {}, Listen::in_time);
+  EXPECT_EQ(second.port(), 0);
+  first.reset();
+  EXPECT_TRUE(soon([&] { return second.port() == config.port; }));
+  EXPECT_TRUE(RawClient(second.port()).get("/feed").starts_with("HTTP/1.1 426 "));
+}
+
+TEST(WebServer, EndsWhileItWaitsForThePort) {
+  const WebServer first(quick(), {});
+  Config config = quick();
+  config.port = first.port();
+  WebServer second(config, {}, {}, Listen::in_time);
+  second.stop();
+}
+
 TEST(WebServer, RefusesSettingsThatCannotWork) {
   const auto refused = [](auto change) {
     Config config;

@@ -113,6 +113,11 @@ Statistics statistics_sample() {
            {.stage = "plane"}}};
 }
 
+Check check_sample() {
+  return {{{Verdict::good, "camera", "10.0 images a second"},
+           {Verdict::bad, "disk", "/dives cannot be written: read-only", "check the disk"}}};
+}
+
 template <class T>
 auto again(std::optional<T> (*decode)(View record)) {
   return [decode](View record) -> std::optional<Bytes> {
@@ -141,7 +146,8 @@ const std::map<std::string, Sample>& samples() {
       {"mosaic", {encode(mosaic_sample()), again(decode_mosaic)}},
       {"mosaic_tile", {encode(tile_sample()), again(decode_mosaic_tile)}},
       {"live_image", {encode(LiveImage{9, from_seconds(4.5), kJpeg}), again(decode_live_image)}},
-      {"statistics", {encode(statistics_sample()), again(decode_statistics)}}};
+      {"statistics", {encode(statistics_sample()), again(decode_statistics)}},
+      {"check", {encode(check_sample()), again(decode_check)}}};
   return all;
 }
 
@@ -266,6 +272,7 @@ TEST(Records, HaveKeysThatTellThemApart) {
   ++seen[key(state_sample())];
   ++seen[key(camera_sample())];
   ++seen[key(Statistics{})];
+  ++seen[key(Check{})];
   ++seen[key(LiveImage{})];
   for (std::uint32_t i = 0; i < 3; ++i) {
     ++seen[key(AlertRecord{.id = i})];
@@ -284,7 +291,7 @@ TEST(Records, HaveKeysThatTellThemApart) {
       }
     }
   }
-  EXPECT_EQ(seen.size(), 4U + 3 * (6 + 9));
+  EXPECT_EQ(seen.size(), 5U + 3 * (6 + 9));
   EXPECT_EQ(key(LiveImage{.image = 1}), key(LiveImage{.image = 2}));
 }
 

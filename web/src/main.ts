@@ -4,6 +4,7 @@ import "./style.css";
 import { Link, type LinkState } from "./link";
 import { Alerts } from "./ui/alerts";
 import { byId } from "./ui/dom";
+import { Equipment } from "./ui/equipment";
 import { LivePicture } from "./ui/live";
 import { ScaleBar } from "./ui/scale_bar";
 import { CountStrip, LinkChip, StatusCard } from "./ui/status";
@@ -22,7 +23,8 @@ const chip = new LinkChip();
 const counts = new CountStrip();
 const scaleBar = new ScaleBar();
 const alerts = new Alerts();
-const tools = new Tools(view, alerts);
+const equipment = new Equipment();
+const tools = new Tools(view, alerts, equipment);
 const live = new LivePicture(() => ++undecodable);
 
 const link = new Link(feedAddress(), {
@@ -32,7 +34,9 @@ const link = new Link(feedAddress(), {
     link.mayBeSilent = false;
     view?.clear();
     alerts.clear();
+    equipment.clear();
     tools.showAlerts();
+    tools.showEquipment();
   },
   state: (now) => {
     linkState = now;
@@ -84,6 +88,9 @@ function receive(record: DiveRecord): void {
     live.show(record);
   } else if (record.type === "statistics") {
     tools.showStatistics(record);
+  } else if (record.type === "check") {
+    equipment.show(record);
+    tools.showEquipment();
   }
   view?.show(record).catch(() => ++undecodable);
 }

@@ -101,6 +101,13 @@ const EXPECTED: Record<string, object> = {
       { stage: "plane", rateIn: 0, rateOut: 0, processed: 0, dropped: 0, depth: 0, lastMs: 0, p95Ms: 0 },
     ],
   },
+  check: {
+    type: "check",
+    findings: [
+      { verdict: "good", item: "camera", found: "10.0 images a second", remedy: "" },
+      { verdict: "bad", item: "disk", found: "/dives cannot be written: read-only", remedy: "check the disk" },
+    ],
+  },
 };
 
 describe("decode", () => {

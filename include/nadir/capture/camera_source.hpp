@@ -36,6 +36,7 @@ class CameraSource {
   /// the exposure. Any thread.
   void note_speed(double px_a_second);
   /// Right minus left time of a pair's pictures, the median of the last twenty; none before.
+  /// Any thread.
   std::optional<Time> skew() const;
 
  private:

@@ -17,6 +17,7 @@
 #include "nadir/core/stage_stats.hpp"
 #include "nadir/pipeline/channel.hpp"
 #include "nadir/pipeline/meter.hpp"
+#include "nadir/pipeline/progress.hpp"
 
 namespace nadir::pipeline {
 
@@ -40,9 +41,12 @@ Input from(Channel<T>& channel, Process process) {
 /// What a stage is at, to tell one that works from one that hangs.
 struct StageActivity {
   std::string stage;
-  /// How long the item in hand, or the wait for one to produce, has taken; none between items.
-  std::optional<std::chrono::nanoseconds> busy;
-  double cpu_s = 0;  ///< of its thread so far, the item in hand included
+  /// How long the item in hand, or the wait for one to produce, has taken, from the last
+  /// note_progress() on; none between items and while it waits for another stage.
+  std::optional<std::chrono::nanoseconds> busy{};
+  double cpu_s = 0;             ///< of its thread so far, the item in hand included
+  bool neglects_input = false;  ///< items wait and it has none in hand
+  std::uint64_t processed = 0;  ///< items so far
 };
 
 /// A named thread, from construction to join().
@@ -76,7 +80,6 @@ class Stage {
   void run(const std::function<void()>& work);
   void consume();
   bool take_one();
-  Meter::Clock::time_point begin();
   void measure(Meter::Clock::time_point begin);
   void produce(const std::function<bool()>& produce_one);
   std::uint64_t arrived() const;
@@ -88,8 +91,8 @@ class Stage {
   std::exception_ptr fault_;
   std::atomic<bool> stopped_ = false;
   std::atomic<double> cpu_s_ = 0;
-  std::atomic<Meter::Clock::rep> begun_ = 0;  ///< of the item in hand; 0: none
-  std::atomic<int> thread_id_ = 0;            ///< while it runs
+  Progress progress_;
+  std::atomic<int> thread_id_ = 0;  ///< while it runs
   std::jthread thread_;
 };
 

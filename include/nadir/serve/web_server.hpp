@@ -53,14 +53,21 @@ enum class Lane {
   live,   ///< the current image: not part of what a viewer must have to be complete
 };
 
+enum class Listen {
+  at_once,  ///< or not at all
+  in_time,  ///< when another program holds the port, as soon as it is free
+};
+
 class WebServer {
  public:
-  /// Listens at once. Throws InputError when it cannot, with the address and the remedy.
+  /// Throws InputError when it cannot listen, with the address and the remedy.
   /// listening: a TCP socket that does already, of systemd; instead of address and port. Owned from
   /// then on.
-  WebServer(Config config, std::vector<Asset> assets, std::optional<int> listening = {});
+  WebServer(Config config, std::vector<Asset> assets, std::optional<int> listening = {},
+            Listen listen = Listen::at_once);
   ~WebServer();
 
+  /// 0 while it does not listen yet.
   std::uint16_t port() const;
 
   /// Gives the record its sequence and sends it to every viewer, now and later. Does not wait for

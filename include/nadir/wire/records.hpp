@@ -18,6 +18,7 @@
 #include <vector>
 
 #include "nadir/core/cloud.hpp"
+#include "nadir/core/finding.hpp"
 #include "nadir/core/stage_stats.hpp"
 #include "nadir/core/tile.hpp"
 #include "nadir/wire/envelope.hpp"
@@ -38,6 +39,7 @@ enum class RecordType : std::uint8_t {
   mosaic_tile = 11,
   live_image = 12,
   statistics = 13,
+  check = 15,  // 14 is of the envelope
 };
 
 /// One for the run: the newest says where the dive stands.
@@ -116,6 +118,11 @@ struct Statistics {
   std::vector<StageStats> stages{};
 };
 
+/// How the equipment does, item by item.
+struct Check {
+  std::vector<Finding> findings{};  ///< at most 255
+};
+
 Bytes encode(const State& state);
 Bytes encode(const AlertRecord& alert);
 Bytes encode(const CameraInfo& camera);
@@ -127,6 +134,7 @@ Bytes encode(const MosaicGrid& mosaic);  ///< world in survey X, Y; of the plane
 Bytes encode(const MosaicTile& tile);
 Bytes encode(const LiveImage& image);
 Bytes encode(const Statistics& statistics);
+Bytes encode(const Check& check);
 
 std::optional<State> decode_state(View record);
 std::optional<AlertRecord> decode_alert(View record);
@@ -139,6 +147,7 @@ std::optional<MosaicGrid> decode_mosaic(View record);
 std::optional<MosaicTile> decode_mosaic_tile(View record);
 std::optional<LiveImage> decode_live_image(View record);
 std::optional<Statistics> decode_statistics(View record);
+std::optional<Check> decode_check(View record);
 
 std::uint64_t key(const State& state);
 std::uint64_t key(const AlertRecord& alert);
@@ -151,5 +160,6 @@ std::uint64_t key(const MosaicGrid& mosaic);
 std::uint64_t key(const MosaicTile& tile);
 std::uint64_t key(const LiveImage& image);
 std::uint64_t key(const Statistics& statistics);
+std::uint64_t key(const Check& check);
 
 }  // namespace nadir::wire

@@ -5,6 +5,7 @@ import type { Framing, View } from "../view/view";
 import type { Statistics } from "../wire/records";
 import type { Alerts } from "./alerts";
 import { button, byId, el, icon, say } from "./dom";
+import type { Equipment } from "./equipment";
 import { count, S } from "./strings";
 
 type Sheet = "layers" | "alerts" | "system";
@@ -18,6 +19,7 @@ export class Tools {
   private readonly looks: Record<Look, HTMLButtonElement>;
   private readonly framings: Record<"all" | "follow", HTMLButtonElement>;
   private readonly alertCount = el("span", "bubble");
+  private readonly faultCount = el("span", "bubble");
   private open: Sheet | null = null;
   private statistics: Statistics | null = null;
   ignored: () => number = () => 0;
@@ -25,6 +27,7 @@ export class Tools {
   constructor(
     private readonly view: View | null,
     private readonly alerts: Alerts,
+    private readonly equipment: Equipment,
   ) {
     const look = (name: Look) => button(name, S.tools[name], () => {
       this.setLook(name);
@@ -39,6 +42,7 @@ export class Tools {
     this.framings = { all: framing("all"), follow: framing("follow") };
     this.sheets = { layers: sheet("layers"), alerts: sheet("alerts"), system: sheet("system") };
     this.sheets.alerts.append(this.alertCount);
+    this.sheets.system.append(this.faultCount);
     const zoom = [
       button("closer", S.tools.closer, () => view?.eye.zoomBy(1.4)),
       button("farther", S.tools.farther, () => view?.eye.zoomBy(1 / 1.4)),
@@ -68,6 +72,12 @@ export class Tools {
   showAlerts(): void {
     say(this.alertCount, this.alerts.count > 0 ? count(this.alerts.count) : "");
     this.refresh("alerts");
+  }
+
+  showEquipment(): void {
+    const { faults } = this.equipment;
+    say(this.faultCount, faults > 0 ? count(faults) : "");
+    this.refresh("system");
   }
 
   private showFraming(framing: Framing): void {
@@ -120,6 +130,10 @@ export class Tools {
   }
 
   private system(): HTMLElement {
+    return el("div", "", this.equipment.list(), el("h3", "", S.system.stages), this.stages());
+  }
+
+  private stages(): HTMLElement {
     if (this.statistics === null) return el("p", "none", S.system.none);
     const row = (tag: "th" | "td", cells: readonly string[]) => el("tr", "", ...cells.map((text) => el(tag, "", text)));
     const rows = this.statistics.stages.map((stage) =>

@@ -6,10 +6,12 @@ import {
   SCALE_SOURCES,
   TIE_POINT_BLOCK,
   TRACKING,
+  VERDICTS,
   type Alert,
   type Body,
   type CameraInfo,
   type CaughtUp,
+  type Check,
   type LiveImage,
   type Mosaic,
   type MosaicTile,
@@ -52,6 +54,7 @@ const BODIES: Partial<Record<number, (from: Reader) => Body>> = {
   12: liveImage,
   13: statistics,
   14: caughtUp,
+  15: check,
 };
 
 // Members of an object literal are evaluated in their order, which here is the order on the wire.
@@ -228,6 +231,16 @@ function statistics(from: Reader): Statistics {
     p95Ms: from.f64(),
   }));
   return { type: "statistics", stages };
+}
+
+function check(from: Reader): Check {
+  const findings = Array.from({ length: from.u8() }, () => ({
+    verdict: from.choice(VERDICTS),
+    item: from.text(),
+    found: from.text(),
+    remedy: from.text(),
+  }));
+  return { type: "check", findings };
 }
 
 function isUnit(vector: readonly number[] | Vec3): boolean {

@@ -161,6 +161,21 @@ export interface Statistics {
   stages: StageStats[];
 }
 
+export const VERDICTS = ["good", "doubtful", "bad", "absent"] as const;
+
+export interface Finding {
+  verdict: (typeof VERDICTS)[number];
+  item: string;
+  found: string;
+  remedy: string;
+}
+
+/** How the equipment does, item by item. */
+export interface Check {
+  type: "check";
+  findings: Finding[];
+}
+
 /** What a dive consists of, as against the conversation about it. */
 export type DiveBody =
   | State
@@ -173,7 +188,8 @@ export type DiveBody =
   | Mosaic
   | MosaicTile
   | LiveImage
-  | Statistics;
+  | Statistics
+  | Check;
 
 export type Body = Welcome | CaughtUp | DiveBody;
 

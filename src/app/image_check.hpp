@@ -1,0 +1,32 @@
+// SPDX-FileCopyrightText: nadir contributors
+// SPDX-License-Identifier: Apache-2.0
+// Whether the cameras' images are fit for a map, and what the sensors add to them.
+#pragma once
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "config.hpp"
+#include "nadir/core/finding.hpp"
+#include "nadir/core/window.hpp"
+#include "nadir/odometry/pair_fit.hpp"
+
+namespace nadir::app {
+
+/// wanted_hz 0: any.
+Finding check_rate(double rate_hz, double wanted_hz);
+
+/// Exposure and focus.
+std::vector<Finding> check_picture(const Health& health);
+
+/// Between the stamps of a pair.
+Finding check_skew(std::optional<Time> skew, double most_ms);
+
+/// Whether a pair's images fit their calibration.
+Finding check_pair(const odometry::PairFit& fit);
+
+/// Which of the sensors' quantities an image has; inputs: sensors.inputs.
+Finding check_vehicle(const Frame& frame, const std::string& inputs);
+
+}  // namespace nadir::app

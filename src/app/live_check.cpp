@@ -1,0 +1,84 @@
+// SPDX-FileCopyrightText: nadir contributors
+// SPDX-License-Identifier: Apache-2.0
+#include "live_check.hpp"
+
+#include <algorithm>
+#include <iterator>
+
+#include "board_check.hpp"
+#include "image_check.hpp"
+
+namespace nadir::app {
+
+using namespace std::chrono_literals;
+
+namespace {
+
+constexpr auto kPeriod = 5s;
+constexpr auto kPairPeriod = 60s;  // it finds the corners of both images
+
+double rate_of(const Graph& graph) {
+  const auto stages = graph.stats();
+  const auto capture = std::ranges::find(stages, "capture", &StageStats::stage);
+  return capture == stages.end() ? 0 : capture->rate_out_hz;
+}
+
+}  // namespace
+
+LiveCheck::LiveCheck(const Config& config)
+    : config_(config), measuring_([this](const std::stop_token& enough) {
+        disk_speed_.set_value(check_disk_speed(config_.record.dives, enough));
+      }) {}
+
+bool LiveCheck::is_due(Clock::time_point now) {
+  if (told_ && now - *told_ < kPeriod) return false;
+  told_ = now;
+  return true;
+}
+
+wire::Check LiveCheck::of_board(const Load& load) {
+  if (!disk_ && disk_speed_to_come_.wait_for(0s) == std::future_status::ready)
+    disk_ = disk_speed_to_come_.get();
+  wire::Check check;
+  if (disk_) check.findings.push_back(*disk_);
+  std::ranges::move(check_board(load), std::back_inserter(check.findings));
+  check.findings.push_back(check_clock());
+  return check;
+}
+
+const Finding& LiveCheck::pair_of(const Frame& frame, Clock::time_point now) {
+  if (!pair_ || now - *pair_checked_ >= kPairPeriod) {
+    pair_ = check_pair(odometry::pair_fit(frame));
+    pair_checked_ = now;
+  }
+  return *pair_;
+}
+
+std::optional<wire::Check> LiveCheck::waiting(Clock::time_point now, const Load& load,
+                                              const Alert& fault) {
+  if (!is_due(now)) return std::nullopt;
+  wire::Check check = of_board(load);
+  check.findings.push_back({Verdict::bad, "camera", fault.message, fault.remedy});
+  return check;
+}
+
+std::optional<wire::Check> LiveCheck::mapping(Clock::time_point now, const Load& load,
+                                              const Graph& graph,
+                                              const capture::CameraSource& cameras) {
+  if (!is_due(now)) return std::nullopt;
+  wire::Check check = of_board(load);
+  std::vector<Finding>& findings = check.findings;
+  findings.push_back(check_rate(rate_of(graph), config_.capture.rate_hz));
+  const auto newest = graph.newest();
+  if (!newest || !newest->shot || !newest->shot->frame) return check;
+  const Frame& frame = *newest->shot->frame;
+  std::ranges::move(check_picture(newest->health), std::back_inserter(findings));
+  if (frame.rig->right) {
+    findings.push_back(check_skew(cameras.skew(), config_.capture.max_skew_ms));
+    findings.push_back(pair_of(frame, now));
+  }
+  findings.push_back(check_vehicle(frame, config_.sensors.inputs));
+  return check;
+}
+
+}  // namespace nadir::app

@@ -1,0 +1,46 @@
+// SPDX-FileCopyrightText: nadir contributors
+// SPDX-License-Identifier: Apache-2.0
+// doctor's findings of the service that holds the cameras, for the page. By one thread.
+#pragma once
+
+#include <chrono>
+#include <future>
+#include <optional>
+#include <string>
+#include <thread>
+
+#include "graph.hpp"
+#include "ladder.hpp"
+#include "nadir/capture/camera_source.hpp"
+#include "nadir/wire/records.hpp"
+
+namespace nadir::app {
+
+class LiveCheck {
+ public:
+  using Clock = std::chrono::steady_clock;
+
+  /// Begins to measure the disk.
+  explicit LiveCheck(const Config& config);
+
+  /// Every few seconds, none between. fault: why there are no images, and what to do.
+  std::optional<wire::Check> waiting(Clock::time_point now, const Load& load, const Alert& fault);
+  std::optional<wire::Check> mapping(Clock::time_point now, const Load& load, const Graph& graph,
+                                     const capture::CameraSource& cameras);
+  /// The disk belongs to the dive from now on.
+  void stop_measuring() { measuring_.request_stop(); }
+
+ private:
+  bool is_due(Clock::time_point now);
+  wire::Check of_board(const Load& load);
+  const Finding& pair_of(const Frame& frame, Clock::time_point now);
+
+  const Config config_;
+  std::optional<Clock::time_point> told_, pair_checked_;
+  std::promise<Finding> disk_speed_;
+  std::future<Finding> disk_speed_to_come_ = disk_speed_.get_future();
+  std::optional<Finding> disk_, pair_;
+  std::jthread measuring_;
+};
+
+}  // namespace nadir::app
