@@ -42,6 +42,7 @@ void Interrupt::on_interrupt(std::function<void()> action) {
 }
 
 void Interrupt::listen() {
+  pthread_setname_np(pthread_self(), "interrupt");
   const sigset_t set = ending_signals();
   int signal = 0;
   sigwait(&set, &signal);

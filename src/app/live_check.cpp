@@ -2,6 +2,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "live_check.hpp"
 
+#include <pthread.h>
+
 #include <algorithm>
 #include <iterator>
 
@@ -27,6 +29,7 @@ double rate_of(const Graph& graph) {
 
 LiveCheck::LiveCheck(const Config& config)
     : config_(config), measuring_([this](const std::stop_token& enough) {
+        pthread_setname_np(pthread_self(), "disk check");
         disk_speed_.set_value(check_disk_speed(config_.record.dives, enough));
       }) {}
 

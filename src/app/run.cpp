@@ -199,11 +199,12 @@ void supervise(Graph& graph, const Config& config, ServiceManager& manager, Hear
       manager.trigger_watchdog();
       std::_Exit(1);
     }
-    heart.beat();
+    heart.beat(2s);  // and the watchdog's time: a diver waits 10 s at most for the map to go on
     Load load = board_load("/sys", config.record.dives);
     load.dropped = drop_rate.observe(graph.shots(), graph.stats());
     const Economy economy = ladder.observe(now, load);
     graph.economise(economy, ladder.reason(), monotonic_now());
+    heart.beat(5s);
     if (const auto found = check.mapping(now, load, graph, cameras)) graph.show(*found);
     manager.status(in_words(graph));
     std::condition_variable_any().wait_for(lock, stop, 500ms, [] { return false; });

@@ -1,6 +1,8 @@
 # SPDX-FileCopyrightText: nadir contributors
 # SPDX-License-Identifier: Apache-2.0
 """The camera goes and comes back, again and again: told within a second, back within three."""
+from machine import Failed
+
 TIMES = 20
 LOST_S, BACK_S = 1, 3
 DRIVER = "/sys/bus/platform/drivers/vivid"
@@ -19,8 +21,10 @@ def run(guest, nadir):
         lost.append(nadir.expect("^camera_lost", gone, LOST_S))
         returned = guest.command(f"echo vivid.0 >{DRIVER}/bind").begin
         back.append(nadir.expect("^camera_back", returned, BACK_S))
-    return (f"{TIMES} times: told within {max(lost):.2f} s, back within {max(back):.2f} s; "
-            f"open files {before} before, {footprint(guest, nadir)} after")
+    after = footprint(guest, nadir)
+    if after > before:
+        raise Failed(f"{before} open files before, {after} after")
+    return f"{TIMES} times: told within {max(lost):.2f} s, back within {max(back):.2f} s; {after} open files as before"
 
 
 def footprint(guest, nadir):
