@@ -127,6 +127,10 @@ std::vector<Finding> check_sensors(const sensors::Config& config, std::chrono::s
       finding.verdict = Verdict::doubtful;
       finding.found = !heard[i].fault.empty() ? heard[i].fault : "is silent";
       finding.remedy = "check the sensor, its power, cable and sensors.inputs";
+    } else if (!heard[i].fault.empty()) {
+      finding.verdict = Verdict::doubtful;
+      finding.found += "; " + heard[i].fault;
+      finding.remedy = "check the sensor, its power and its cable";
     } else if (counts[i].damaged > counts[i].used / 10) {
       finding.verdict = Verdict::doubtful;
       finding.found += "; " + std::to_string(counts[i].damaged) + " messages came damaged";

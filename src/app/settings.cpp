@@ -121,7 +121,8 @@ std::vector<Setting> make_settings() {
               "between the images of a live pair, before it is told"),
       setting("sensors.inputs", &Config::sensors, &sensors::Config::inputs,
               "of live sensors, with spaces between: nmea or mavlink, then :serial:DEVICE:BAUD, "
-              ":udp:PORT or :tcp:HOST:PORT; or iio:device:NAME:HZ, a pressure sensor on the board"),
+              ":udp:PORT or :tcp:HOST:PORT; or iio:device:NAME:HZ, a pressure sensor or a "
+              "BNO055 on the board"),
       setting("sensors.attitude_delay_s", &Config::sensors, &sensors::Config::attitude_delay_s,
               "how late roll, pitch and heading arrive"),
       setting("sensors.depth_delay_s", &Config::sensors, &sensors::Config::depth_delay_s,

@@ -11,6 +11,8 @@
 #include <atomic>
 #include <boost/asio.hpp>
 #include <chrono>
+#include <optional>
+#include <string>
 #include <variant>
 
 #include "nadir/sensors/iio.hpp"
@@ -157,16 +159,17 @@ class Link {
   // Its file waits for the sensor, some hundredths of a second.
   void read_device() {
     const Time time = now();
-    const Reading reading = device_.read();
-    const bool good = device_.fault().empty();
-    if (good) {
-      opened();
+    const Reading reading = device_.read(time);
+    const std::string& fault = device_.fault();
+    const bool gives = reading != Reading();  // something, though it may lack the heading
+    if (gives) {
       ++counters_.used;
       callbacks_.heard({index_, time, reading});
-    } else if (std::exchange(state_, State::failed) != State::failed) {
-      callbacks_.link({index_, time, input_.name() + ": " + device_.fault()});
     }
-    timer_.expires_after(good ? std::chrono::milliseconds(1000 / input_.rate) : kRetry);
+    if (!lack_ || *lack_ != fault)
+      callbacks_.link({index_, time, fault.empty() ? fault : input_.name() + ": " + fault});
+    lack_ = fault;
+    timer_.expires_after(gives ? std::chrono::milliseconds(1000 / input_.rate) : kRetry);
     timer_.async_wait([this](error_code stopped) {
       if (!stopped) read_device();
     });
@@ -273,6 +276,7 @@ class Link {
   Counters counters_;
   Ear ear_;
   IioDevice device_;
+  std::optional<std::string> lack_;  ///< of device_, as it was told
   asio::steady_timer timer_;
   tcp::resolver resolver_;
   std::variant<std::monostate, asio::serial_port, udp::socket, tcp::socket> port_;

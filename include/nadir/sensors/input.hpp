@@ -26,8 +26,8 @@ struct Input {
 
 /// PROTOCOL:serial:DEVICE:BAUD, PROTOCOL:udp:[ADDRESS:]PORT (listens, on every address unless one
 /// is given) or PROTOCOL:tcp:HOST:PORT (connects); protocol: nmea or mavlink. An IPv6 address
-/// stands in brackets. iio:device:NAME:HZ reads a pressure sensor of the board. Throws InputError
-/// naming the fault and the form.
+/// stands in brackets. iio:device:NAME:HZ reads a sensor on the board, see IioDevice. Throws
+/// InputError naming the fault and the form.
 Input parse_input(std::string_view text);
 
 /// Several, with spaces between; none for an empty text.

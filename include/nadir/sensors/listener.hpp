@@ -21,8 +21,8 @@ struct Heard {
   Reading reading;
 };
 
-/// An input that was opened (no fault), could not be, or was closed by the other side; each once
-/// until it changes.
+/// An input that was opened (no fault), could not be, was closed by the other side, or lacks a part
+/// of what it should tell; each once until it changes.
 struct LinkChange {
   std::size_t input = 0;
   Time time = 0;
