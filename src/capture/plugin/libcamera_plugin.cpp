@@ -35,6 +35,7 @@
 
 #include "libcamera_plugin.h"
 #include "losses.hpp"
+#include "steering.hpp"
 
 namespace {
 
@@ -209,12 +210,18 @@ double number_of(const libcamera::ControlValue& value) {
   }
 }
 
-/// The settings a camera starts with.
+/// What a camera is set to with a request.
 class Settings {
  public:
   explicit Settings(const libcamera::ControlInfoMap& known) : known_(known), list_(known) {}
 
   bool has(const char* name) const { return find(name) != known_.end(); }
+
+  nadir::capture::Bounds bounds(const char* name) const {
+    const auto control = find(name);
+    if (control == known_.end()) return {std::nan(""), std::nan("")};
+    return {number_of(control->second.min()), number_of(control->second.max())};
+  }
 
   /// Does nothing when the camera has no such control, or not that value.
   bool set(const char* name, double value) {
@@ -263,20 +270,32 @@ class Settings {
   libcamera::ControlList list_;
 };
 
-void set_exposure(Settings& settings, const NadirCameraWanted& wanted, std::string& remarks) {
+void expose(Settings& settings, double ms, double gain) {
+  settings.set("ExposureTime", 1000 * ms);
+  settings.set("AnalogueGain", gain);
+}
+
+// frame_us: 0: unknown.
+NadirExposing set_exposure(Settings& settings, double frame_us, const NadirCameraWanted& wanted,
+                           std::string& remarks) {
   constexpr double kAuto = 0, kManual = 1;  // of both modes, which 0.5 brought
+  const NadirExposing exposing = nadir::capture::steering(
+      settings.bounds("ExposureTime"), settings.bounds("AnalogueGain"), frame_us, wanted);
+  const bool steered = exposing.steered != 0;
   const bool fixed = wanted.exposure_ms > 0, fixed_gain = wanted.gain >= 0;
   if (settings.has("ExposureTimeMode")) {
-    settings.set("ExposureTimeMode", fixed ? kManual : kAuto);
-    settings.set("AnalogueGainMode", fixed_gain ? kManual : kAuto);
+    settings.set("ExposureTimeMode", fixed || steered ? kManual : kAuto);
+    settings.set("AnalogueGainMode", fixed_gain || steered ? kManual : kAuto);
   } else {
     // With one of them fixed, it still finds the other.
-    settings.set("AeEnable", fixed && fixed_gain ? 0 : 1);
+    settings.set("AeEnable", steered || (fixed && fixed_gain) ? 0 : 1);
   }
   if (fixed && !settings.set("ExposureTime", 1000 * wanted.exposure_ms))
     remarks += "its exposure cannot be set to " + std::to_string(wanted.exposure_ms) + " ms\n";
   if (fixed_gain && !settings.set("AnalogueGain", wanted.gain))
     remarks += "its gain cannot be set to " + std::to_string(wanted.gain) + "\n";
+  if (steered) expose(settings, exposing.ms, exposing.gain);
+  return exposing;
 }
 
 void set_focus(Settings& settings, const NadirCameraWanted& wanted, std::string& remarks) {
@@ -288,11 +307,10 @@ void set_focus(Settings& settings, const NadirCameraWanted& wanted, std::string&
     remarks += "its focus cannot be set to " + std::to_string(wanted.focus) + " dioptres\n";
 }
 
-// The rate it then has; 0: unknown.
+// How long a frame then takes; 0: unknown.
 double set_rate(Settings& settings, const NadirCameraWanted& wanted) {
   const double frame_us = wanted.rate_hz > 0 ? 1e6 / wanted.rate_hz : 0;  // 0: made the shortest
-  const double set_us = settings.set_frame_us(std::max(frame_us, 1000 * wanted.exposure_ms));
-  return set_us > 0 ? 1e6 / set_us : 0;
+  return settings.set_frame_us(std::max(frame_us, 1000 * wanted.exposure_ms));
 }
 
 std::int64_t nanoseconds(clockid_t clock) {
@@ -475,9 +493,14 @@ class Stream {
     }
   }
 
+  /// With the next request that is queued again; what is set stays set.
+  void change(const libcamera::ControlList& settings) { changes_ = settings; }
+
   // One that the camera does not take has gone with it, of which it tells.
   void queue_again(libcamera::Request& request) {
     request.reuse(libcamera::Request::ReuseBuffers);
+    request.controls().merge(changes_);
+    changes_.clear();
     camera_->queueRequest(&request);
   }
 
@@ -519,6 +542,7 @@ class Stream {
   std::unique_ptr<libcamera::CameraConfiguration> configuration_;
   std::unique_ptr<libcamera::FrameBufferAllocator> allocator_;
   std::vector<std::unique_ptr<libcamera::Request>> requests_;
+  libcamera::ControlList changes_;
   bool acquired_ = false, started_ = false;
   std::atomic<bool> told_gone_{false};
 };
@@ -531,6 +555,7 @@ class OpenCamera {
   void start(const NadirCameraWanted& wanted, NadirCameraOpened& opened);
   NadirCameraTaken take(NadirCameraPicture& picture, NadirText& gone);
   void give_back(void* buffer);
+  void expose(double ms, double gain);
   void stop();
 
  private:
@@ -548,6 +573,7 @@ class OpenCamera {
   std::vector<Buffer> buffers_;
   std::uint32_t format_ = 0;
   std::size_t stride_ = 0, height_ = 0;
+  NadirExposing exposing_{};
   nadir::capture::Losses losses_;
 };
 
@@ -563,8 +589,13 @@ void OpenCamera::start(const NadirCameraWanted& wanted, NadirCameraOpened& opene
   Settings settings(stream_->controls());
   std::string remarks;
   set_focus(settings, wanted, remarks);
-  set_exposure(settings, wanted, remarks);
-  opened.rate_hz = set_rate(settings, wanted);
+  const double frame_us = set_rate(settings, wanted);
+  opened.rate_hz = frame_us > 0 ? 1e6 / frame_us : 0;
+  exposing_ = set_exposure(settings, frame_us, wanted, remarks);
+  // It goes with the last request waiting; sensors show it some frames after.
+  constexpr int kSensorDelay = 3;
+  if (exposing_.steered != 0) exposing_.delay = static_cast<int>(buffers_.size()) + kSensorDelay;
+  opened.exposing = exposing_;
   opened.descriptor = completed_->descriptor();
   write_text(opened.remarks, remarks);
   stream_->start(settings.list());
@@ -628,6 +659,14 @@ void OpenCamera::give_back(void* given) {
   if (stream_) stream_->queue_again(*buffer.request);
 }
 
+void OpenCamera::expose(double ms, double gain) {
+  if (!stream_ || exposing_.steered == 0) return;
+  Settings settings(stream_->controls());
+  ::expose(settings, std::clamp(ms, exposing_.shortest_ms, exposing_.longest_ms),
+           std::clamp(gain, exposing_.least_gain, exposing_.most_gain));
+  stream_->change(settings.list());
+}
+
 // libcamera waits for its own thread, and that for drivers: a camera that hangs is left to itself.
 void OpenCamera::stop() {
   if (!stream_) return;
@@ -668,6 +707,9 @@ NadirCameraTaken take(void* camera, NadirCameraPicture* picture, NadirText* gone
 }
 
 void give_back(void* camera, void* buffer) { static_cast<OpenCamera*>(camera)->give_back(buffer); }
+void expose_camera(void* camera, double ms, double gain) {
+  static_cast<OpenCamera*>(camera)->expose(ms, gain);
+}
 void stop(void* camera) { static_cast<OpenCamera*>(camera)->stop(); }
 void close_camera(void* camera) { delete static_cast<OpenCamera*>(camera); }
 
@@ -676,6 +718,7 @@ void close_camera(void* camera) { delete static_cast<OpenCamera*>(camera); }
 const NadirLibcameraPlugin* nadir_libcamera_plugin() {
   static const std::string version = libcamera::CameraManager::version();
   static const NadirLibcameraPlugin plugin{
-      NADIR_LIBCAMERA_ABI, version.c_str(), open_camera, take, give_back, stop, close_camera};
+      NADIR_LIBCAMERA_ABI, version.c_str(), open_camera, take,
+      give_back,           expose_camera,   stop,        close_camera};
   return &plugin;
 }
