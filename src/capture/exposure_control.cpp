@@ -9,7 +9,6 @@ namespace nadir::capture {
 namespace {
 
 constexpr double kWanted = 105, kTolerance = 0.15;  // grey level; lamps' hot spots stay below white
-constexpr int kDelay = 4;                           // images from a setting to its effect
 constexpr double kGamma = 2.2;                      // of usual cameras: light to grey level
 constexpr double kMostStep = 4;                     // of light at once
 constexpr double kGainStep = 1.0 / 16;              // of its range, for twice the light
@@ -55,7 +54,7 @@ std::optional<Exposure> ExposureControl::observe(double mean_grey, double speed_
   if (smears && !bright) next.gain = std::min(next.gain + gain_step, range_.most_gain);
   if (next == exposure_) return std::nullopt;
   exposure_ = next;
-  settling_ = kDelay;
+  settling_ = range_.delay;
   return next;
 }
 

@@ -7,10 +7,11 @@
 
 namespace nadir::capture {
 
-/// What a camera can be set to.
+/// What a camera can be set to, and how soon.
 struct ExposureRange {
   double shortest_ms = 0, longest_ms = 0;
   double least_gain = 0, most_gain = 0;  ///< in the camera's unit, brighter upwards; equal: none
+  int delay = 4;                         ///< images from a setting to its effect
 };
 
 struct Exposure {

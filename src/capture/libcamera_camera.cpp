@@ -71,12 +71,22 @@ class Session {
     return plugin_.take(camera_, &picture, &gone);
   }
   void give_back(void* buffer) const { plugin_.give_back(camera_, buffer); }
+  void expose(const Exposure& exposure) const {
+    plugin_.expose(camera_, exposure.ms, exposure.gain);
+  }
   void stop() const { plugin_.stop(camera_); }
 
  private:
   const NadirLibcameraPlugin& plugin_;
   void* const camera_;
 };
+
+std::optional<Camera::Exposing> exposing_of(const NadirExposing& opened) {
+  if (opened.steered == 0) return std::nullopt;
+  return Camera::Exposing{
+      {opened.shortest_ms, opened.longest_ms, opened.least_gain, opened.most_gain, opened.delay},
+      {opened.ms, opened.gain}};
+}
 
 class LibcameraCamera : public Camera {
  public:
@@ -85,17 +95,23 @@ class LibcameraCamera : public Camera {
       : session_(std::move(session)),
         descriptor_(opened.descriptor),
         rate_hz_(opened.rate_hz),
+        exposing_(exposing_of(opened.exposing)),
         encoding_(encoding) {}
   ~LibcameraCamera() override { session_->stop(); }
 
   int descriptor() const override { return descriptor_; }
   double rate_hz() const override { return rate_hz_; }
+  std::optional<Exposing> exposing() const override { return exposing_; }
+  void expose(const Exposure& exposure) override {
+    if (exposing_) session_->expose(exposure);
+  }
   Taken take() override;
 
  private:
   const std::shared_ptr<Session> session_;
   const int descriptor_;
   const double rate_hz_;
+  const std::optional<Exposing> exposing_;
   const Encoding encoding_;
 };
 

@@ -13,7 +13,7 @@ extern "C" {
 #endif
 
 /// Raised with every change of this file; a plugin of another number is not used.
-#define NADIR_LIBCAMERA_ABI 1u
+#define NADIR_LIBCAMERA_ABI 2u
 
 /// Ended by a zero.
 struct NadirText {
@@ -24,11 +24,20 @@ struct NadirCameraWanted {
   const char* id;  ///< libcamera's, or the end of just one; "auto": the only camera
   int32_t width, height;
   double rate_hz;           ///< at least; 0: the fastest
-  double exposure_ms;       ///< 0: by the camera itself
-  double gain;              ///< of the sensor, 1 and more; -1: by the camera itself
+  double exposure_ms;       ///< 0: steered by expose(), or by the camera itself if it cannot be
+  double gain;              ///< of the sensor, 1 and more; -1: likewise
   double focus;             ///< in dioptres; -1: as it stands
   const uint32_t* formats;  ///< that can be read, by V4L2's codes, the best first
   size_t format_count;
+};
+
+/// What a camera can be set to, how soon, and how it is set now.
+struct NadirExposing {
+  int steered;  ///< by expose(); 0: by the camera itself or fixed, and the rest is 0
+  int delay;    ///< pictures from expose() to its effect, at most
+  double shortest_ms, longest_ms;
+  double least_gain, most_gain;  ///< equal: fixed
+  double ms, gain;
 };
 
 struct NadirCameraOpened {
@@ -39,6 +48,7 @@ struct NadirCameraOpened {
   uint32_t format;           ///< one of those wanted
   size_t stride;             ///< bytes from row to row
   double rate_hz;            ///< 0: unknown
+  struct NadirExposing exposing;
 };
 
 struct NadirCameraPicture {
@@ -63,6 +73,8 @@ struct NadirLibcameraPlugin {
                                 struct NadirText* gone);
   /// The camera fills it again; also after stop().
   void (*give_back)(void* camera, void* buffer);
+  /// From one of the next pictures on, within what it can be set to. Of a steered camera only.
+  void (*expose)(void* camera, double ms, double gain);
   /// Ends the stream and leaves the camera to others, within seconds even when it hangs. The bytes
   /// of pictures not given back yet stay.
   void (*stop)(void* camera);

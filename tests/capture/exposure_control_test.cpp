@@ -14,10 +14,11 @@ namespace {
 constexpr ExposureRange kRange{0.1, 500, 0, 100};
 constexpr double kPeriod_ms = 100;
 
-/// A camera whose settings show two images later, with the usual gamma.
+/// A camera whose settings show some images later, with the usual gamma.
 class Camera {
  public:
-  Camera(double light, double gain_doubles) : light_(light), gain_doubles_(gain_doubles) {}
+  Camera(double light, double gain_doubles, std::size_t delay = 2)
+      : light_(light), gain_doubles_(gain_doubles), pending_(delay + 1, Exposure{5, 0}) {}
 
   void set(const Exposure& exposure) { pending_.back() = exposure; }
   /// The mean of the next image.
@@ -32,7 +33,7 @@ class Camera {
 
  private:
   double light_, gain_doubles_;
-  std::deque<Exposure> pending_{{5, 0}, {5, 0}, {5, 0}};
+  std::deque<Exposure> pending_;
 };
 
 class ExposureControlTest : public testing::Test {
@@ -96,6 +97,17 @@ TEST_F(ExposureControlTest, StaysWithinWhatTheCameraAndItsRateAllow) {
   run(bright, 300);
   EXPECT_EQ(control.exposure().ms, 0.1);
   EXPECT_EQ(control.exposure().gain, 0);
+}
+
+TEST_F(ExposureControlTest, WaitsForACameraThatTakesItsTime) {
+  for (const double light : {0.002, 0.2}) {
+    ExposureRange range = kRange;
+    range.delay = 9;
+    control = ExposureControl(range, 1, {5, 0});
+    Camera camera(light, 20, 8);
+    EXPECT_NEAR(run(camera, 60), 105, 0.16 * 105) << light;
+    EXPECT_EQ(changes, 0) << light;
+  }
 }
 
 TEST_F(ExposureControlTest, DoesNotSwingWhereGainMeansMoreThanItThinks) {

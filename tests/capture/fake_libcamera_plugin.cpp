@@ -30,6 +30,7 @@ void open_camera(const NadirCameraWanted* wanted, NadirCameraOpened* opened) {
   opened->format = V4L2_PIX_FMT_GREY;
   opened->stride = static_cast<std::size_t>(wanted->width) + nadir::capture::FakePlugin::kPadding;
   opened->rate_hz = wanted->rate_hz;
+  opened->exposing = fake.exposing;
   write_text(opened->remarks, "its gain cannot be set\nits focus cannot be set\n");
 }
 
@@ -47,6 +48,11 @@ void give_back(void* /*camera*/, void* buffer) {
   fake.given_back = buffer;
 }
 
+void expose(void* /*camera*/, double ms, double gain) {
+  fake.ms = ms;
+  fake.gain = gain;
+}
+
 void stop(void* /*camera*/) { fake.stopped = true; }
 
 void close_camera(void* /*camera*/) {
@@ -54,8 +60,8 @@ void close_camera(void* /*camera*/) {
   ::close(fake.descriptor);
 }
 
-constexpr NadirLibcameraPlugin kPlugin{FAKE_ABI,  "0",  open_camera, take,
-                                       give_back, stop, close_camera};
+constexpr NadirLibcameraPlugin kPlugin{FAKE_ABI,  "0",    open_camera, take,
+                                       give_back, expose, stop,        close_camera};
 
 }  // namespace
 

@@ -15,12 +15,14 @@ struct FakePlugin {
   // What it does.
   NadirCameraTaken next = NADIR_TAKEN_NOTHING;
   NadirCameraPicture picture{};
+  NadirExposing exposing{};
 
   // What was asked of it.
   NadirCameraWanted wanted{};
   bool open = false, stopped = false;
   int descriptor = -1, out = 0;  ///< pictures
   void* given_back = nullptr;
+  double ms = 0, gain = 0;
 };
 
 }  // namespace nadir::capture

@@ -196,6 +196,13 @@ TEST_F(LibcameraCameraTest, NamesTheSizesThereAreAndWhatItCannotBeSetTo) {
   EXPECT_THAT(opened.remarks, testing::Contains(HasSubstr("its focus cannot be set to 1")));
 }
 
+TEST_F(LibcameraCameraTest, ExposesByItselfWithoutTheControls) {
+  ASSERT_TRUE(camera);
+  EXPECT_FALSE(camera->exposing());
+  camera->expose({5, 1});
+  EXPECT_TRUE(next().picture);
+}
+
 TEST_F(LibcameraCameraTest, OutlivesADriverThatGoesAndIsBackWithIt) {
   for (int i = 0; i < 3; ++i) {
     ASSERT_TRUE(camera);

@@ -5,13 +5,16 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <cmath>
 #include <cstdlib>
 #include <fstream>
+#include <utility>
 #include <vector>
 
 #include "fake_libcamera_plugin.hpp"
 #include "libcamera_camera.hpp"
 #include "plugin/losses.hpp"
+#include "plugin/steering.hpp"
 
 namespace nadir::capture {
 namespace {
@@ -27,7 +30,7 @@ class LibcameraPluginTest : public testing::Test {
   LibcameraPluginTest() {
     std::string name = testing::TempDir() + "nadir-plugins-XXXXXX";
     empty = mkdtemp(name.data());
-    void* const library = ::dlopen((kFakes / "abi1" / "nadir-libcamera-fake.so").c_str(), RTLD_NOW);
+    void* const library = ::dlopen((kFakes / "abi2" / "nadir-libcamera-fake.so").c_str(), RTLD_NOW);
     // NOLINTNEXTLINE(cppcoreguidelines-pro-type-reinterpret-cast): as dlsym(3) has it
     const auto entry = reinterpret_cast<decltype(&fake_plugin)>(::dlsym(library, "fake_plugin"));
     fake = static_cast<FakePlugin*>(entry());
@@ -36,7 +39,7 @@ class LibcameraPluginTest : public testing::Test {
   ~LibcameraPluginTest() override { fs::remove_all(empty); }
 
   OpenedCamera open(const std::string& id = "auto") const {
-    return open_libcamera(id, mode, kFakes / "abi1");
+    return open_libcamera(id, mode, kFakes / "abi2");
   }
 
   CameraMode mode{6, 2, 10, 5, 1.5, 2.25};
@@ -63,13 +66,13 @@ TEST_F(LibcameraPluginTest, SaysWhyNoneCanBeLoaded) {
 }
 
 TEST_F(LibcameraPluginTest, UsesNoPluginOfAnotherVersion) {
-  const OpenedCamera opened = open_libcamera("auto", mode, kFakes / "abi2");
+  const OpenedCamera opened = open_libcamera("auto", mode, kFakes / "abi1");
   EXPECT_FALSE(opened.camera);
   EXPECT_THAT(opened.fault, HasSubstr("nadir-libcamera-fake.so: is of another version of nadir"));
 }
 
 TEST_F(LibcameraPluginTest, UsesTheNewestThatCanBeLoaded) {
-  fs::copy_file(kFakes / "abi1" / "nadir-libcamera-fake.so", empty / "nadir-libcamera-0.9.so");
+  fs::copy_file(kFakes / "abi2" / "nadir-libcamera-fake.so", empty / "nadir-libcamera-0.9.so");
   std::ofstream(empty / "nadir-libcamera-0.10.so") << "of a libcamera that is not here";
   std::ofstream(empty / "other.so") << "no plugin";
   EXPECT_EQ(open_libcamera("auto", mode, empty).fault, "");
@@ -78,7 +81,7 @@ TEST_F(LibcameraPluginTest, UsesTheNewestThatCanBeLoaded) {
 TEST_F(LibcameraPluginTest, IsLookedForWhereTheEnvironmentSays) {
   ::setenv("NADIR_PLUGINS", empty.c_str(), 1);
   EXPECT_THAT(open_camera("libcamera:auto", mode).fault, HasSubstr(empty.string()));
-  ::setenv("NADIR_PLUGINS", (kFakes / "abi1").c_str(), 1);
+  ::setenv("NADIR_PLUGINS", (kFakes / "abi2").c_str(), 1);
   EXPECT_EQ(open_camera("libcamera:auto", mode).fault, "");
   ::unsetenv("NADIR_PLUGINS");
   EXPECT_THAT(open_camera("/dev/no-such-camera", mode).fault, HasSubstr("No such file"));
@@ -153,10 +156,89 @@ TEST_F(LibcameraPluginTest, KeepsPicturesThatOutliveTheCamera) {
   EXPECT_FALSE(fake->open);
 }
 
+TEST_F(LibcameraPluginTest, SteersACameraThatCanBe) {
+  fake->exposing = {1, 9, 0.1, 40, 1, 16, 8, 1.5};
+  const OpenedCamera opened = open();
+  ASSERT_TRUE(opened.camera);
+  const auto exposing = opened.camera->exposing();
+  ASSERT_TRUE(exposing);
+  EXPECT_EQ(exposing->range.shortest_ms, 0.1);
+  EXPECT_EQ(exposing->range.longest_ms, 40);
+  EXPECT_EQ(exposing->range.least_gain, 1);
+  EXPECT_EQ(exposing->range.most_gain, 16);
+  EXPECT_EQ(exposing->range.delay, 9);
+  EXPECT_EQ(exposing->now, (Exposure{8, 1.5}));
+  opened.camera->expose({12, 2});
+  EXPECT_EQ(fake->ms, 12);
+  EXPECT_EQ(fake->gain, 2);
+}
+
+TEST_F(LibcameraPluginTest, LeavesACameraThatExposesByItselfAlone) {
+  const OpenedCamera opened = open();
+  ASSERT_TRUE(opened.camera);
+  EXPECT_FALSE(opened.camera->exposing());
+  opened.camera->expose({12, 2});
+  EXPECT_EQ(fake->ms, 0);
+}
+
 TEST_F(LibcameraPluginTest, SaysWhyTheCameraHasEnded) {
   const OpenedCamera opened = open();
   fake->next = NADIR_TAKEN_GONE;
   EXPECT_EQ(opened.camera->take().gone, "is not there any more");
+}
+
+constexpr Bounds kExposure_us{0, 1e9}, kGain{1, 16};  // as Raspberry Pi's have it
+
+NadirCameraWanted wanting(double exposure_ms, double gain) {
+  NadirCameraWanted wanted{};
+  wanted.exposure_ms = exposure_ms;
+  wanted.gain = gain;
+  return wanted;
+}
+
+TEST(LibcameraSteering, KeepsTheExposureWithinTheFrame) {
+  const NadirCameraWanted wanted = wanting(0, -1);
+  const NadirExposing found = steering(kExposure_us, kGain, 100'000, wanted);
+  EXPECT_EQ(found.steered, 1);
+  EXPECT_GT(found.shortest_ms, 0);
+  EXPECT_LT(found.shortest_ms, 0.1);
+  EXPECT_DOUBLE_EQ(found.longest_ms, 100);
+  EXPECT_EQ(found.least_gain, 1);
+  EXPECT_EQ(found.most_gain, 16);
+  EXPECT_DOUBLE_EQ(steering({75, 30'000}, kGain, 100'000, wanted).longest_ms, 30);
+  EXPECT_DOUBLE_EQ(steering({75, 30'000}, kGain, 0, wanted).longest_ms, 30);
+  EXPECT_LE(steering(kExposure_us, kGain, 0, wanted).longest_ms, 100);
+}
+
+TEST(LibcameraSteering, BeginsShortAndWithoutNoise) {
+  const NadirCameraWanted wanted = wanting(0, -1);
+  EXPECT_DOUBLE_EQ(steering(kExposure_us, kGain, 100'000, wanted).ms, 8);
+  EXPECT_DOUBLE_EQ(steering(kExposure_us, kGain, 10'000, wanted).ms, 5);
+  EXPECT_DOUBLE_EQ(steering({9000, 1e9}, kGain, 10'000, wanted).ms, 9);
+  EXPECT_EQ(steering(kExposure_us, kGain, 10'000, wanted).gain, 1);
+  EXPECT_EQ(steering(kExposure_us, {0, 16}, 10'000, wanted).gain, 1);  // 0: by itself
+}
+
+TEST(LibcameraSteering, LeavesWhatIsFixed) {
+  EXPECT_EQ(steering(kExposure_us, kGain, 100'000, wanting(5, -1)).steered, 0);
+  EXPECT_EQ(steering(kExposure_us, kGain, 100'000, wanting(5, 2)).steered, 0);
+  for (const auto& [wanted, gain] : {std::pair{2.5, 2.5}, {20, 16}}) {
+    const NadirExposing found = steering(kExposure_us, kGain, 100'000, wanting(0, wanted));
+    EXPECT_EQ(found.steered, 1);
+    EXPECT_EQ(found.least_gain, gain);
+    EXPECT_EQ(found.most_gain, gain);
+    EXPECT_EQ(found.gain, gain);
+  }
+}
+
+TEST(LibcameraSteering, NeedsTheBoundsOfBoth) {
+  const NadirCameraWanted wanted = wanting(0, -1);
+  const double none = std::nan("");
+  EXPECT_EQ(steering({none, none}, kGain, 100'000, wanted).steered, 0);
+  EXPECT_EQ(steering({0, none}, kGain, 100'000, wanted).steered, 0);
+  EXPECT_EQ(steering(kExposure_us, {none, none}, 100'000, wanted).steered, 0);
+  EXPECT_EQ(steering(kExposure_us, {1, none}, 100'000, wanted).steered, 0);
+  EXPECT_EQ(steering({0, 0}, kGain, 100'000, wanted).steered, 0);
 }
 
 TEST(LibcameraLosses, AreCountedByTheDriversNumber) {

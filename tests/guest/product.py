@@ -9,6 +9,7 @@ from machine import Failed
 
 FEED_HZ = 3
 VIVID_SIZE = 320, 180
+VIMC_SIZE = 480, 360
 
 
 class Product:
@@ -59,12 +60,25 @@ class Product:
         self.pair_set = False
         self.install()
         self.guest.command("modprobe vivid n_devs=1 node_types=1 && udevadm settle")
-        width, height = VIVID_SIZE
+        self.use_single("platform:vivid-000", VIVID_SIZE, rate_hz=0)
+
+    def use_vimc(self):
+        """A single camera of libcamera: the kernel's virtual media controller. rmmod vimc ends it."""
+        self.pair_set = False
+        self.install()
+        plugin = self.package.replace("nadir_", "nadir-libcamera*_", 1)
+        self.guest.command(f"dpkg -i /host/package/{plugin}", limit_s=60)
+        self.guest.command("modprobe vimc && udevadm settle")
+        self.use_single("libcamera:auto", VIMC_SIZE, rate_hz=FEED_HZ)
+
+    def use_single(self, camera, size, rate_hz):
+        """Sets nadir to one camera, with a calibration of that size."""
+        width, height = size
         calibration = (f"%YAML:1.0\n---\nimage_width: {width}\nimage_height: {height}\ncamera_matrix: !!opencv-matrix\n"
                        f"   rows: 3\n   cols: 3\n   dt: d\n   data: [ 300., 0., {width / 2}, 0., 300., {height / 2}, 0., 0., 1. ]\n"
                        "distortion_coefficients: !!opencv-matrix\n   rows: 1\n   cols: 5\n   dt: d\n   data: [ 0., 0., 0., 0., 0. ]\n")
-        self.guest.command(f"printf %s {shlex.quote(calibration)} >/etc/nadir/vivid.yml")
-        self.configure(camera="platform:vivid-000", camera_right="", calibration="/etc/nadir/vivid.yml", scale=1.0, rate_hz=0)
+        self.guest.command(f"printf %s {shlex.quote(calibration)} >/etc/nadir/single.yml")
+        self.configure(camera=camera, camera_right="", calibration="/etc/nadir/single.yml", scale=1.0, rate_hz=rate_hz)
 
     def restart(self):
         self.guest.command("systemctl restart nadir.service")
