@@ -13,7 +13,7 @@ s#^ExecStart=.*#ExecStart=/usr/bin/python3 -B /host/guest/probe.py\nStandardOutp
 def run(guest, nadir):
     nadir.use_pair()
     guest.command("mkdir -p /home/diver && echo hello >/home/diver/letter && chmod -R a+rX /home/diver; touch /root/.bashrc")
-    guest.command("udevadm trigger --settle --subsystem-match=tty")  # the guest boots without
+    guest.command("udevadm trigger --action=add --settle --subsystem-match=tty")  # the guest boots without
     victim = int(guest.command("systemd-run -q --unit=victim -p User=nadir sleep 1000; systemctl show -P MainPID victim").out)
     try:
         free = json.loads(guest.command(f"VICTIM={victim} python3 -B /host/guest/probe.py").out)
