@@ -107,8 +107,7 @@ std::vector<Finding> check_board(const Load& load) {
 
 Finding check_clock() {
   if (clock_is_set()) return {Verdict::good, "clock", "set by another"};
-  return {Verdict::doubtful, "clock", "not set by another: dives are named by their number only",
-          "none needed; a network, a receiver or an autopilot tells the time"};
+  return {Verdict::absent, "clock", "not set by another: dives are named by their number only"};
 }
 
 }  // namespace nadir::app

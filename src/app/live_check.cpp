@@ -66,8 +66,7 @@ std::optional<wire::Check> LiveCheck::waiting(Clock::time_point now, const Load&
 }
 
 std::optional<wire::Check> LiveCheck::mapping(Clock::time_point now, const Load& load,
-                                              const Graph& graph,
-                                              const capture::CameraSource& cameras) {
+                                              const Graph& graph, std::optional<Time> skew) {
   if (!is_due(now)) return std::nullopt;
   wire::Check check = of_board(load);
   std::vector<Finding>& findings = check.findings;
@@ -77,7 +76,7 @@ std::optional<wire::Check> LiveCheck::mapping(Clock::time_point now, const Load&
   const Frame& frame = *newest->shot->frame;
   std::ranges::move(check_picture(newest->health), std::back_inserter(findings));
   if (frame.rig->right) {
-    findings.push_back(check_skew(cameras.skew(), config_.capture.max_skew_ms));
+    findings.push_back(check_skew(skew, config_.capture.max_skew_ms));
     findings.push_back(pair_of(frame, now));
   }
   findings.push_back(check_vehicle(frame, config_.sensors.inputs));

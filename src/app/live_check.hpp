@@ -11,7 +11,6 @@
 
 #include "graph.hpp"
 #include "ladder.hpp"
-#include "nadir/capture/camera_source.hpp"
 #include "nadir/wire/records.hpp"
 
 namespace nadir::app {
@@ -25,8 +24,9 @@ class LiveCheck {
 
   /// Every few seconds, none between. fault: why there are no images, and what to do.
   std::optional<wire::Check> waiting(Clock::time_point now, const Load& load, const Alert& fault);
+  /// skew: of a pair, as CameraSource tells it.
   std::optional<wire::Check> mapping(Clock::time_point now, const Load& load, const Graph& graph,
-                                     const capture::CameraSource& cameras);
+                                     std::optional<Time> skew);
   /// The disk belongs to the dive from now on.
   void stop_measuring() { measuring_.request_stop(); }
 

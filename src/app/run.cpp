@@ -205,7 +205,7 @@ void supervise(Graph& graph, const Config& config, ServiceManager& manager, Hear
     const Economy economy = ladder.observe(now, load);
     graph.economise(economy, ladder.reason(), monotonic_now());
     heart.beat(5s);
-    if (const auto found = check.mapping(now, load, graph, cameras)) graph.show(*found);
+    if (const auto found = check.mapping(now, load, graph, cameras.skew())) graph.show(*found);
     manager.status(in_words(graph));
     std::condition_variable_any().wait_for(lock, stop, 500ms, [] { return false; });
   }

@@ -16,10 +16,12 @@
 #include <thread>
 
 #include "dive_course.hpp"
+#include "live_check.hpp"
 #include "nadir/capture/folder_source.hpp"
 #include "nadir/sensors/nmea.hpp"
 #include "nadir/simulate/write_survey.hpp"
 #include "support/dive_folder.hpp"
+#include "watch.hpp"
 
 namespace nadir::app {
 namespace {
@@ -145,6 +147,7 @@ TEST(Live, MapsWhatACameraSeesWithWhatSensorsSayAndTellsOthers) {
     listening = free.port();
   }
   Config config;
+  config.record.dives = fresh_folder("dives");
   config.sensors.inputs = "nmea:udp:127.0.0.1:" + std::to_string(listening);
   config.sensors.outputs = "json:udp:127.0.0.1:" + std::to_string(chart.port());
   const std::jthread talking([&](const std::stop_token& stop) {
@@ -160,6 +163,8 @@ TEST(Live, MapsWhatACameraSeesWithWhatSensorsSayAndTellsOthers) {
                     config.record);
   Progress progress(0, stderr);
   int status = -1;
+  Watch watch;
+  std::vector<Finding> equipment;
   {
     Graph graph(
         config, {Rate::Kind::live, 0},
@@ -169,9 +174,12 @@ TEST(Live, MapsWhatACameraSeesWithWhatSensorsSayAndTellsOthers) {
     std::this_thread::sleep_for(std::chrono::nanoseconds(kPeriod * (kImages / 2)));
     graph.economise(Economy::mosaic, "a test", monotonic_now());
     while (Clock::now() - begun < std::chrono::nanoseconds(kPeriod * (kImages + 4))) {
-      for (const auto& activity : graph.activities()) EXPECT_LT(activity.busy.value_or(0s), 30s);
+      EXPECT_EQ(watch.hung(Clock::now(), graph.activities()), std::nullopt);
       std::this_thread::sleep_for(50ms);
     }
+    LiveCheck check(config);
+    equipment = check.mapping(Clock::now(), {}, graph, from_seconds(0.001)).value().findings;
+    EXPECT_EQ(check.mapping(Clock::now(), {}, graph, {}), std::nullopt);  // told just now
     graph.stop_source().request_stop();
     status = finish_dive({graph, dive, nullptr, progress, begun});
   }
@@ -190,6 +198,14 @@ TEST(Live, MapsWhatACameraSeesWithWhatSensorsSayAndTellsOthers) {
   EXPECT_EQ(told["scale"]["source"], "stereo");
   EXPECT_GT(fastest, 10);  // px a second
   EXPECT_LT(fastest, 2000);
+
+  std::map<std::string, Verdict> verdicts;
+  for (const Finding& finding : equipment) verdicts[finding.item] = finding.verdict;
+  for (const char* item : {"exposure", "focus", "stereo skew", "stereo calibration", "sensors"}) {
+    ASSERT_TRUE(verdicts.contains(item)) << item;
+    EXPECT_EQ(verdicts[item], Verdict::good) << item;
+  }
+  EXPECT_TRUE(verdicts.contains("camera"));
 
   const std::string alerts = contents(folder / "alerts.jsonl");
   for (const char* kind : {"camera_lost", "load"})

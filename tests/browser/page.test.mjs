@@ -134,6 +134,35 @@ test("the page between garbage", { timeout: 300_000 }, async (t) => {
   await run.ended;
 });
 
+test("the page of a live dive", { timeout: 300_000 }, async (t) => {
+  const port = await harness.freePort();
+  const browser = await harness.chromium();
+  t.after(() => browser.close());
+  const run = await harness.replay(survey, path.join(folder, "live"), port, "--rate", "20", "--keep-serving");
+  const check = readFileSync(new URL("../wire/golden/check.bin", import.meta.url));
+  const { page, errors } = await harness.openPage(browser, port, (page) =>
+    page.routeWebSocket(/feed/, (socket) => {
+      socket.connectToServer().onMessage((message) => {
+        socket.send(message);
+        socket.send(check);
+      });
+    }),
+  );
+
+  await t.test("shows how the equipment does, the worst first, and how much is wrong", async () => {
+    await page.waitForSelector("nav .tool:has-text('System') .bubble:has-text('1')");
+    await page.click("nav >> text=System");
+    const cards = await page.$$eval("#panel .alert", (all) => all.map((card) => [card.dataset.level, card.innerText.split(/\n+/)]));
+    assert.deepEqual(cards, [
+      ["bad", ["disk: /dives cannot be written: read-only", "check the disk"]],
+      ["good", ["camera: 10.0 images a second"]],
+    ]);
+    assert.deepEqual(errors, []);
+  });
+  run.stop();
+  await run.ended;
+});
+
 // The lasers' scale becomes better along the way, and all that was placed by the first is placed again.
 test("the page of a dive that was corrected", { timeout: 300_000 }, async (t) => {
   const lit = path.join(folder, "lit");

@@ -13,7 +13,7 @@ def run(guest, nadir):
     for stage in STAGES:
         known = nadir.dives()
         guest.command(f"systemd-run -q --unit=hang -p StandardOutput=file:/run/hang python3 /host/guest/stop_thread.py {nadir.process()} {stage}")
-        stopped = float(guest.command("until grep -q stopped /run/hang; do systemctl -q is-active hang || { journalctl -u hang -n 5; exit 1; }; sleep 0.05; done; "
+        stopped = float(guest.command("until grep -qs stopped /run/hang; do systemctl -q is-active hang || { journalctl -u hang -n 5; exit 1; }; sleep 0.05; done; "
                                       "cut -d' ' -f2 /run/hang; rm /run/hang").out)
         took[stage] = nadir.mapped(known)[0] - stopped
         if took[stage] > MAPPED_S:

@@ -14,7 +14,7 @@ LIMIT_S = 10  # of the guest
 ADDRESS = "10.0.2.15:8765"  # the guest's own; it answers to no other name
 ACCEPT = b"258EAFA5-E914-47DA-95CA-C5AB0DC85B11"  # RFC 6455, 1.3
 BINARY = 0x82
-VERSION, HELLO, WELCOME, MOSAIC_TILE = 1, 1, 2, 11  # of nadir's records: include/nadir/wire
+VERSION, HELLO, WELCOME, MOSAIC_TILE, CHECK = 1, 1, 2, 11, 15  # of nadir's records: include/nadir/wire
 
 
 class Client:
@@ -51,8 +51,21 @@ def get_page(port):
     return page
 
 
+def findings(check):
+    """{item: (verdict, found)} of a record; the worst is 2."""
+    at, said = 17, {}
+    for _ in range(check[16]):
+        verdict, at, texts = check[at], at + 1, []
+        for _ in range(3):
+            [length] = struct.unpack_from("<H", check, at)
+            texts.append(check[at + 2:at + 2 + length].decode())
+            at += 2 + length
+        said[texts[0]] = verdict, texts[1]
+    return said
+
+
 def watch_map(guest):
-    """Seconds of the guest until a piece of the mosaic has come."""
+    """Seconds of the guest until a piece of the mosaic has come, and what is said of the equipment."""
     key = base64.b64encode(os.urandom(16))
     begun = guest.clock()
     client = Client(guest.page, "/feed", f"Origin: http://{ADDRESS}", "Upgrade: websocket", "Connection: Upgrade",
@@ -64,17 +77,26 @@ def watch_map(guest):
     first = client.message()
     if first[0] != WELCOME:
         raise Failed(f"the first record is of type {first[0]}")
-    while client.message()[0] != MOSAIC_TILE:
+    took = equipment = None
+    while took is None or equipment is None:
+        message = client.message()
+        if message[0] == MOSAIC_TILE and took is None:
+            took = guest.clock() - begun
+        if message[0] == CHECK and "focus" in findings(message):
+            equipment = findings(message)
         if guest.clock() > begun + LIMIT_S:
-            raise Failed(f"no piece of the map within {LIMIT_S} s")
-    return guest.clock() - begun
+            raise Failed(f"within {LIMIT_S} s no piece of the map (it took {took} s) or no word of the equipment")
+    return took, equipment
 
 
 def run(guest, nadir):
     nadir.mapping()
     try:
         page = get_page(guest.page)
-        took = watch_map(guest)
+        took, equipment = watch_map(guest)
     except (OSError, ValueError, KeyError, IndexError, struct.error) as error:
         raise Failed(f"{type(error).__name__}: {error}\n{nadir.log()}") from error
-    return f"{len(page)} bytes of page; a piece of the map {took:.2f} s after its call"
+    bad = {item: found for item, (verdict, found) in equipment.items() if verdict == 2}
+    if bad or "stereo calibration" not in equipment:
+        raise Failed(f"the equipment: {equipment}")
+    return f"{len(page)} bytes of page; a piece of the map {took:.2f} s after its call; {len(equipment)} items of equipment, none bad"
