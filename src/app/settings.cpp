@@ -260,7 +260,9 @@ std::vector<Setting> make_settings() {
       setting("projection3d.max_range", &Config::projection3d, &projection3d::Config::max_range,
               "longest ray, as a ratio of the camera's distance to the plane"),
       setting("record.dives", &Config::record, &record::Config::dives,
-              "folder in which nadir run makes a new one for each dive"),
+              "folder in which nadir run makes a new one for each dive; the service may write "
+              "elsewhere only "
+              "with ReadWritePaths=FOLDER by systemctl edit nadir"),
       choice<record::Config, record::Originals>(
           "record.originals", &Config::record, &record::Config::originals,
           {{"none", record::Originals::none},

@@ -13,6 +13,7 @@ s#^ExecStart=.*#ExecStart=/usr/bin/python3 -B /host/guest/probe.py\nStandardOutp
 def run(guest, nadir):
     nadir.use_pair()
     guest.command("mkdir -p /home/diver && echo hello >/home/diver/letter && chmod -R a+rX /home/diver; touch /root/.bashrc")
+    guest.command("modprobe vimc && udevadm settle")  # has a media controller
     guest.command("udevadm trigger --action=add --settle --subsystem-match=tty")  # the guest boots without
     victim = int(guest.command("systemd-run -q --unit=victim -p User=nadir sleep 1000; systemctl show -P MainPID victim").out)
     try:
@@ -21,7 +22,7 @@ def run(guest, nadir):
         guest.command("systemctl daemon-reload; rm -f /run/probe; systemctl start probe; while systemctl -q is-active probe; do sleep 0.1; done")
         boxed = json.loads(guest.command("cat /run/probe || journalctl -u probe --no-pager").out)
     finally:
-        guest.command("systemctl stop victim; rm -f /run/systemd/system/probe.service; systemctl daemon-reload")
+        guest.command("rmmod vimc; systemctl stop victim; rm -f /run/systemd/system/probe.service; systemctl daemon-reload")
     wrong = [f"{name}: allowed" for name, error in boxed["denied"].items() if not error]
     wrong += [f"{name}: not even without the sandbox: {error}" for name, error in free["denied"].items() if error]
     wrong += [f"{name}: denied: {error}" for name, error in boxed["granted"].items() if error]
