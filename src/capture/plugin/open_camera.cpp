@@ -40,7 +40,7 @@ void OpenCamera::start(const NadirCameraWanted& wanted, NadirCameraOpened& opene
   stride_ = opened.stride;
   height_ = static_cast<std::size_t>(wanted.height);
   for (const auto& buffer : stream_->buffers())
-    buffers_.push_back({std::make_unique<Mapped>(*buffer), {}, nullptr});
+    buffers_.emplace_back().mapped = std::make_unique<Mapped>(*buffer);
   // Now that it is configured it knows its bounds.
   Settings settings(stream_->controls());
   std::string remarks;
