@@ -50,7 +50,8 @@ class Product:
     def feed(self):
         """Starts the pair; returns when it gave its first images."""
         self.guest.command(f"systemd-run -q --unit=feed -p StandardOutput=file:/run/feed python3 /host/guest/feed.py /host/survey {FEED_HZ} /dev/video40 /dev/video41")
-        return float(self.guest.command("until grep -qs first /run/feed; do sleep 0.05; done; cut -d' ' -f2 /run/feed; rm /run/feed").out)
+        return float(self.guest.command("until grep -qs first /run/feed; do systemctl -q is-active feed || { journalctl -u feed -n 9; exit 1; }; sleep 0.05; done; "
+                                        "cut -d' ' -f2 /run/feed; rm /run/feed").out)
 
     def stop_feed(self):
         self.guest.command("systemctl stop feed; rm -f /run/feed", check=False)
