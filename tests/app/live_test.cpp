@@ -32,8 +32,8 @@ using Clock = std::chrono::steady_clock;
 using nlohmann::json;
 
 constexpr int kImages = 14;
-#ifdef __SANITIZE_ADDRESS__
-constexpr Time kPeriod = 800'000'000;  // it takes its time
+#ifdef NADIR_SLOW
+constexpr Time kPeriod = 3'000'000'000;  // sanitized or emulated
 #else
 constexpr Time kPeriod = 200'000'000;
 #endif
