@@ -51,7 +51,7 @@ export const S = {
   alerts: { title: "Alerts", none: "No alerts", image: (image: number) => `image ${image}`, dismiss: "Dismiss" },
   system: {
     title: "System",
-    heads: ["Stage", "In/s", "Out/s", "Queue", "Dropped", "ms", "95 %"],
+    heads: ["Stage", "Per s", "Queue", "Dropped", "ms", "95 %"],
     ignored: (count: number) => `${count} messages not understood`,
     none: "No figures yet",
     stages: "Stages",

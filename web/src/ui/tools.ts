@@ -139,7 +139,6 @@ export class Tools {
     const rows = this.statistics.stages.map((stage) =>
       row("td", [
         stage.stage,
-        stage.rateIn.toFixed(1),
         stage.rateOut.toFixed(1),
         count(stage.depth),
         count(stage.dropped),
