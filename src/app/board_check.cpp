@@ -21,8 +21,10 @@ namespace {
 // Megabytes a second, each block written through to the disk as the journal is; 0 with errno.
 double write_speed(const fs::path& file, const std::stop_token& enough) {
   constexpr std::size_t kBlock = 1 << 20, kBlocks = 16;
-  const int to = ::open(file.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0600);
+  ::unlink(file.c_str());
+  const int to = ::open(file.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_NOFOLLOW | O_CLOEXEC, 0600);
   if (to < 0) return 0;
+  ::unlink(file.c_str());  // it goes with this process, however that ends
   std::vector<char> block(kBlock);
   for (std::size_t i = 0; i < block.size(); ++i) block[i] = static_cast<char>(i * 2654435761u >> 7);
   const auto begin = std::chrono::steady_clock::now();
@@ -76,12 +78,11 @@ Finding check_battery(double part) {
 }  // namespace
 
 Finding check_disk_speed(const fs::path& dives, const std::stop_token& enough) {
+  fs::path there = dives;  // or where it will be
   std::error_code error;
-  fs::create_directories(dives, error);
-  const fs::path file = dives / ".speed-test";
-  const double speed = write_speed(file, enough);
+  while (!fs::exists(there, error) && there.has_relative_path()) there = there.parent_path();
+  const double speed = write_speed(there / ".speed-test", enough);
   const std::string reason = std::strerror(errno);
-  fs::remove(file, error);
   if (speed == 0) {
     return {Verdict::bad, "disk speed", dives.string() + " cannot be written: " + reason,
             "check the disk, its mount and record.dives"};

@@ -39,6 +39,7 @@ void Config::check() const {
     }
   }
   capture.check();
+  sensors.check();
   odometry.check();
   reference.check();
   revisit.check();

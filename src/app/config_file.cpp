@@ -4,8 +4,11 @@
 
 #include <toml++/toml.h>
 
+#include <algorithm>
 #include <array>
+#include <cerrno>
 #include <charconv>
+#include <cstring>
 #include <fstream>
 #include <sstream>
 
@@ -49,6 +52,38 @@ toml::table parse(std::string_view text, const std::string& name) {
   }
 }
 
+[[noreturn]] void refuse(const std::filesystem::path& file, const std::string& fault) {
+  throw InputError(file.string() + ": " + fault + "; check the name given to --config");
+}
+
+std::string contents_of(const std::filesystem::path& file) {
+  constexpr std::uintmax_t kMostBytes = 1 << 20;
+  std::error_code error;
+  const bool is_file = std::filesystem::is_regular_file(file, error);
+  if (error) refuse(file, error.message());
+  if (!is_file) refuse(file, "is not a file");
+  if (std::filesystem::file_size(file, error) > kMostBytes)
+    refuse(file, "has more than 1 MB and is no file of settings");
+  std::ifstream stream(file, std::ios::binary);
+  if (!stream) refuse(file, std::string("cannot be read: ") + std::strerror(errno));
+  std::ostringstream text;
+  text << stream.rdbuf();
+  return text.str();
+}
+
+// The parser goes one step deeper with every dot of a key.
+void check_lines(std::string_view text, const std::string& name) {
+  constexpr std::size_t kLongest = 4096;
+  for (std::size_t line = 1; !text.empty(); ++line) {
+    const std::size_t end = std::min(text.find('\n'), text.size());
+    if (end > kLongest) {
+      throw InputError(name + ':' + std::to_string(line) +
+                       ": the line has more than 4096 characters and is no setting");
+    }
+    text.remove_prefix(std::min(end + 1, text.size()));
+  }
+}
+
 // The shortest digits that read back as the same number; a float in TOML has a point or an
 // exponent.
 std::string as_toml(double value) {
@@ -69,15 +104,9 @@ std::string as_toml(const Value& value) {
 }  // namespace
 
 void read_config_file(const std::filesystem::path& file, Config& config) {
-  if (!std::filesystem::is_regular_file(file)) {
-    throw InputError(file.string() + ": is not a file; check the name given to --config");
-  }
-  std::ifstream stream(file, std::ios::binary);
-  if (!stream)
-    throw InputError(file.string() + ": cannot be read; check the name given to --config");
-  std::ostringstream text;
-  text << stream.rdbuf();
-  read_table(parse(text.str(), file.string()), file.string(), config);
+  const std::string text = contents_of(file);
+  check_lines(text, file.string());
+  read_table(parse(text, file.string()), file.string(), config);
 }
 
 void read_assignment(const std::string& assignment, Config& config) {

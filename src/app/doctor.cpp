@@ -25,11 +25,22 @@ const char* in_words(Verdict verdict) {
   return "?";
 }
 
+// The service's own, unless others are named.
+Settings settings_of(const Doctor& verb) {
+  const std::filesystem::path of_service = "/etc/nadir/nadir.toml";
+  Settings settings = verb.settings;
+  std::error_code none;
+  if (!settings.file && std::filesystem::exists(of_service, none)) settings.file = of_service;
+  return settings;
+}
+
 }  // namespace
 
 int run(const Doctor& verb) {
   using namespace std::chrono_literals;
-  const Config config = configured(verb.settings);
+  const Settings settings = settings_of(verb);
+  const Config config = configured(settings);
+  std::printf("settings: %s\n", settings.file ? settings.file->c_str() : "none, as nadir has them");
   cv::setNumThreads(1);
   bool bad = false;
   const auto print = [&](const std::vector<Finding>& findings) {
@@ -42,7 +53,7 @@ int run(const Doctor& verb) {
     std::fflush(stdout);
   };
   print(check_cameras(config, 8s));
-  print(check_sensors(config.sensors, 4s));
+  print(check_sensors(config.sensors, 6s));
   print({check_disk_speed(config.record.dives)});
   print(check_board(board_load("/sys", config.record.dives)));
   print({check_clock()});

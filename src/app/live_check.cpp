@@ -58,10 +58,10 @@ const Finding& LiveCheck::pair_of(const Frame& frame, Clock::time_point now) {
 }
 
 std::optional<wire::Check> LiveCheck::waiting(Clock::time_point now, const Load& load,
-                                              const Alert& fault) {
+                                              const Finding& missing) {
   if (!is_due(now)) return std::nullopt;
   wire::Check check = of_board(load);
-  check.findings.push_back({Verdict::bad, "camera", fault.message, fault.remedy});
+  check.findings.push_back(missing);
   return check;
 }
 

@@ -22,8 +22,9 @@ class LiveCheck {
   /// Begins to measure the disk.
   explicit LiveCheck(const Config& config);
 
-  /// Every few seconds, none between. fault: why there are no images, and what to do.
-  std::optional<wire::Check> waiting(Clock::time_point now, const Load& load, const Alert& fault);
+  /// Every few seconds, none between. missing: for want of what there are no images.
+  std::optional<wire::Check> waiting(Clock::time_point now, const Load& load,
+                                     const Finding& missing);
   /// skew: of a pair, as CameraSource tells it.
   std::optional<wire::Check> mapping(Clock::time_point now, const Load& load, const Graph& graph,
                                      std::optional<Time> skew);

@@ -42,10 +42,25 @@ void log(const Alert& alert) {
                alert.message.c_str(), alert.remedy.c_str());
 }
 
-std::string where_the_map_is(const serve::Config& config, std::uint16_t port) {
-  if (port != 0) return "the map: " + page_url(config.address, port) + "\n";
-  return "another program holds port " + std::to_string(config.port) +
-         "; the dive is recorded, and the page comes as soon as it is free\n";
+// What nadir.socket was made of must not keep a dive from being recorded.
+std::unique_ptr<serve::WebServer> open_page(const serve::Config& config,
+                                            const ServiceManager& manager) {
+  std::unique_ptr<serve::WebServer> server;
+  try {
+    server = std::make_unique<serve::WebServer>(config, page_assets(), manager.socket(),
+                                                serve::Listen::in_time);
+  } catch (const InputError& error) {
+    if (!manager.socket()) throw;
+    std::fprintf(stderr, "%s\n", error.what());
+    server = std::make_unique<serve::WebServer>(config, page_assets(), std::nullopt,
+                                                serve::Listen::in_time);
+  }
+  if (server->port() != 0) {
+    std::fprintf(stderr, "the map: %s\n", page_url(config.address, server->port()).c_str());
+  } else {
+    std::fprintf(stderr, "%s; it is tried every second\n", server->listen_fault().c_str());
+  }
+  return server;
 }
 
 // False when told to stop.
@@ -64,7 +79,7 @@ class Beginning {
             std::stop_token stop)
       : config_(config), manager_(manager), heart_(heart), page_(page), stop_(std::move(stop)) {}
 
-  std::unique_ptr<capture::CameraSource> open_cameras();
+  std::unique_ptr<capture::CameraSource> open_cameras(LiveCheck& check);
   std::optional<Shot> first_image(capture::CameraSource& cameras, LiveCheck& check);
   Config with_variation();
   std::unique_ptr<record::Dive> begin_dive(capture::CameraSource& cameras, record::Disk& disk);
@@ -72,6 +87,8 @@ class Beginning {
  private:
   void tell(const Alert& alert);
   void tell_once(AlertKind kind, const std::string& fault);
+  void show_waiting(LiveCheck& check, const std::string& item, const std::string& fault,
+                    const std::string& remedy);
 
   const Config& config_;
   ServiceManager& manager_;
@@ -95,14 +112,22 @@ void Beginning::tell_once(AlertKind kind, const std::string& fault) {
         "mapping begins by itself as soon as that is mended"});
 }
 
+void Beginning::show_waiting(LiveCheck& check, const std::string& item, const std::string& fault,
+                             const std::string& remedy) {
+  const Load load = board_load("/sys", config_.record.dives);
+  const Finding missing{Verdict::bad, item, fault, remedy};
+  if (const auto found = check.waiting(Watch::Clock::now(), load, missing)) page_.publish(*found);
+}
+
 // A new board has no calibration yet. Null when told to stop.
-std::unique_ptr<capture::CameraSource> Beginning::open_cameras() {
+std::unique_ptr<capture::CameraSource> Beginning::open_cameras(LiveCheck& check) {
   do {
     try {
       const bool keep = config_.record.originals != record::Originals::none;
       return std::make_unique<capture::CameraSource>(config_.capture, keep);
     } catch (const InputError& error) {
       tell_once(AlertKind::calibration_suspect, error.what());
+      show_waiting(check, "calibration", error.what(), "correct capture.calibration or its file");
       manager_.status("waiting for the camera's calibration");
     }
   } while (pause(heart_, stop_));
@@ -120,8 +145,7 @@ std::optional<Shot> Beginning::first_image(capture::CameraSource& cameras, LiveC
       fault = alert;
     }
     if (captured->shot) return captured->shot;
-    const Load load = board_load("/sys", config_.record.dives);
-    if (const auto found = check.waiting(Watch::Clock::now(), load, fault)) page_.publish(*found);
+    show_waiting(check, "camera", fault.message, fault.remedy);
   }
   return std::nullopt;
 }
@@ -231,24 +255,28 @@ class WatchedDisk : public record::Disk {
 // The page says what is wrong with the settings until they are right; systemd then starts anew.
 int wait_for_settings(const Run& live, std::string fault, ServiceManager& manager, Heartbeat& heart,
                       const std::stop_token& stop) {
-  serve::WebServer server({}, page_assets(), manager.socket(), serve::Listen::in_time);
-  Publisher page(server, "live", 0);
+  serve::Config config;
+  if (live.serve && !live.serve->host.empty()) config.address = live.serve->host;
+  if (live.serve) config.port = live.serve->port;
+  const auto server = open_page(config, manager);
+  Publisher page(*server, "live", 0);
   manager.ready();
   manager.status("waiting for its settings");
+  std::string told;
   do {
-    const Alert alert{monotonic_now(), std::nullopt, AlertKind::storage, fault,
-                      "correct the file; nadir begins by itself"};
-    log(alert);
-    page.publish(alert);
+    if (std::exchange(told, fault) != fault) {
+      const Alert alert{monotonic_now(), std::nullopt, AlertKind::storage, fault,
+                        "correct the file; nadir begins by itself"};
+      log(alert);
+      page.publish(alert);
+    }
     try {
-      while (pause(heart, stop)) {
-        configured(live.settings, live.serve);
-        return 1;
-      }
+      configured(live.settings, live.serve);
+      return 1;
     } catch (const InputError& error) {
       fault = error.what();
     }
-  } while (!stop.stop_requested());
+  } while (pause(heart, stop));
   return 0;
 }
 
@@ -268,14 +296,13 @@ int run(const Run& live) {
   } catch (const InputError& error) {
     return wait_for_settings(live, error.what(), manager, heart, stop.get_token());
   }
-  serve::WebServer server(config.serve, page_assets(), manager.socket(), serve::Listen::in_time);
-  std::fputs(where_the_map_is(config.serve, server.port()).c_str(), stderr);
+  const auto server = open_page(config.serve, manager);
   manager.ready();
   const Recoveries recoveries(unfinished_dives(config.record.dives));
-  Publisher page(server, "live", 0);
+  Publisher page(*server, "live", 0);
   LiveCheck check(config);
   Beginning beginning(config, manager, heart, page, stop.get_token());
-  const auto cameras = beginning.open_cameras();
+  const auto cameras = beginning.open_cameras(check);
   if (!cameras) return 0;
   std::optional<Shot> first = beginning.first_image(*cameras, check);
   if (!first) return 0;

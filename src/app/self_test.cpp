@@ -38,6 +38,36 @@ std::vector<std::string> told_by(const sensors::Reading& reading) {
   return names;
 }
 
+/// What came over an input.
+struct HeardOf {
+  std::set<std::string> what;
+  std::string fault;
+};
+
+Finding judge_sensor(const std::string& name, const HeardOf& heard,
+                     const sensors::LinkCounts& counts) {
+  const std::string item = "sensor " + name;
+  std::string told;
+  for (const std::string& what : heard.what) told += (told.empty() ? "tells " : ", ") + what;
+  const auto doubt = [&](const std::string& found, const std::string& remedy) {
+    return Finding{Verdict::doubtful, item, told.empty() ? found : told + "; " + found, remedy};
+  };
+  if (!heard.fault.empty())
+    return doubt(heard.fault, "check the sensor, its power, cable and sensors.inputs");
+  if (counts.damaged > counts.used / 10) {
+    return doubt(std::to_string(counts.damaged) + " messages came damaged",
+                 "check the cable and the baud rate");
+  }
+  if (!told.empty()) return {Verdict::good, item, told};
+  if (counts.unused > 0)
+    return doubt("speaks, but tells nothing of use", "see the README for what is of use");
+  if (counts.bytes > 0) {
+    return doubt("what comes is not understood",
+                 "check the baud rate and the protocol in sensors.inputs");
+  }
+  return doubt("is silent", "check the sensor, its power, cable and sensors.inputs");
+}
+
 /// What a few images of the cameras showed.
 struct Seen {
   std::vector<Shot> shots;
@@ -94,21 +124,39 @@ void judge_images(const Config& config, const Seen& seen, std::vector<Finding>& 
     findings.push_back({Verdict::bad, "calibration", message, alert.remedy});
 }
 
+// Where this machine reaches its own page.
+socklen_t own_address(const serve::Config& config, sockaddr_storage& storage) {
+  auto& six = reinterpret_cast<sockaddr_in6&>(storage);
+  if (::inet_pton(AF_INET6, config.address.c_str(), &six.sin6_addr) == 1) {
+    six.sin6_family = AF_INET6;
+    six.sin6_port = htons(config.port);
+    if (IN6_IS_ADDR_UNSPECIFIED(&six.sin6_addr)) six.sin6_addr = in6addr_loopback;
+    return sizeof six;
+  }
+  storage = {};
+  auto& four = reinterpret_cast<sockaddr_in&>(storage);
+  four.sin_family = AF_INET;
+  four.sin_port = htons(config.port);
+  if (::inet_pton(AF_INET, config.address.c_str(), &four.sin_addr) != 1 ||
+      four.sin_addr.s_addr == htonl(INADDR_ANY)) {
+    four.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
+  }
+  return sizeof four;
+}
+
 }  // namespace
 
 std::vector<Finding> check_sensors(const sensors::Config& config, std::chrono::seconds patience) {
   const std::vector<sensors::Input> inputs = sensors::parse_inputs(config.inputs);
   if (inputs.empty()) return {{Verdict::absent, "sensors", "none configured (sensors.inputs)"}};
-  struct Heard {
-    std::set<std::string> what;
-    std::string fault;
-  };
-  std::vector<Heard> heard(inputs.size());
+  std::vector<HeardOf> heard(inputs.size());
   const auto hear = [&](const sensors::Heard& one) {
     for (std::string& what : told_by(one.reading)) heard[one.input].what.insert(std::move(what));
   };
   const auto link = [&](const sensors::LinkChange& change) {
-    heard[change.input].fault = change.fault;
+    const std::string name = inputs[change.input].name() + ": ";
+    std::string& fault = heard[change.input].fault = change.fault;
+    if (fault.starts_with(name)) fault.erase(0, name.size());
   };
   std::stop_source stop;
   std::jthread patient([&, patience] {
@@ -119,25 +167,8 @@ std::vector<Finding> check_sensors(const sensors::Config& config, std::chrono::s
   listener.run(stop.get_token());
   const std::vector<sensors::LinkCounts> counts = listener.counts();
   std::vector<Finding> findings;
-  for (std::size_t i = 0; i < inputs.size(); ++i) {
-    Finding finding{Verdict::good, "sensor " + inputs[i].name(), "", ""};
-    for (const std::string& what : heard[i].what)
-      finding.found += (finding.found.empty() ? "tells " : ", ") + what;
-    if (heard[i].what.empty()) {
-      finding.verdict = Verdict::doubtful;
-      finding.found = !heard[i].fault.empty() ? heard[i].fault : "is silent";
-      finding.remedy = "check the sensor, its power, cable and sensors.inputs";
-    } else if (!heard[i].fault.empty()) {
-      finding.verdict = Verdict::doubtful;
-      finding.found += "; " + heard[i].fault;
-      finding.remedy = "check the sensor, its power and its cable";
-    } else if (counts[i].damaged > counts[i].used / 10) {
-      finding.verdict = Verdict::doubtful;
-      finding.found += "; " + std::to_string(counts[i].damaged) + " messages came damaged";
-      finding.remedy = "check the cable and the baud rate";
-    }
-    findings.push_back(std::move(finding));
-  }
+  for (std::size_t i = 0; i < inputs.size(); ++i)
+    findings.push_back(judge_sensor(inputs[i].name(), heard[i], counts[i]));
   return findings;
 }
 
@@ -164,11 +195,9 @@ std::vector<Finding> check_cameras(const Config& config, std::chrono::seconds pa
 }
 
 Finding check_page(const serve::Config& config) {
-  sockaddr_in address{};
-  address.sin_family = AF_INET;
-  address.sin_port = htons(config.port);
-  address.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
-  const int socket = ::socket(AF_INET, SOCK_STREAM | SOCK_CLOEXEC, 0);
+  sockaddr_storage storage{};
+  const socklen_t length = own_address(config, storage);
+  const int socket = ::socket(storage.ss_family, SOCK_STREAM | SOCK_CLOEXEC, 0);
   timeval patience{3, 0};
   ::setsockopt(socket, SOL_SOCKET, SO_SNDTIMEO, &patience, sizeof patience);
   ::setsockopt(socket, SOL_SOCKET, SO_RCVTIMEO, &patience, sizeof patience);
@@ -176,7 +205,7 @@ Finding check_page(const serve::Config& config) {
   const std::string request = "GET / HTTP/1.1\r\nHost: localhost:" + std::to_string(config.port) +
                               "\r\nAccept-Encoding: gzip\r\n\r\n";
   ssize_t size = -1;
-  if (::connect(socket, reinterpret_cast<const sockaddr*>(&address), sizeof address) == 0 &&
+  if (::connect(socket, reinterpret_cast<const sockaddr*>(&storage), length) == 0 &&
       ::send(socket, request.data(), request.size(), MSG_NOSIGNAL) > 0) {
     size = ::recv(socket, answer.data(), answer.size(), MSG_WAITALL);
   }
@@ -184,8 +213,8 @@ Finding check_page(const serve::Config& config) {
   answer.resize(size > 0 ? static_cast<std::size_t>(size) : 0);
   const std::string where = "port " + std::to_string(config.port);
   if (answer.starts_with("HTTP/1.1 200")) return {Verdict::good, "page", "is served at " + where};
-  return {Verdict::doubtful, "page", "nothing serves it at " + where,
-          "start the service: systemctl start nadir"};
+  return {Verdict::absent, "page",
+          "nothing serves it at " + where + " now, as when the service is stopped"};
 }
 
 }  // namespace nadir::app

@@ -18,7 +18,7 @@ std::chrono::seconds patience(const std::string& stage) {
 // An item in hand, and no work on it.
 bool Watch::is_blocked(Clock::time_point now, const pipeline::StageActivity& activity) {
   std::deque<Sample>& samples = samples_[activity.stage];
-  if (!activity.busy) {
+  if (!activity.busy || activity.wants_to_run) {
     samples.clear();
     return false;
   }
@@ -37,7 +37,7 @@ bool Watch::is_blocked(Clock::time_point now, const pipeline::StageActivity& act
 bool Watch::sleeps(Clock::time_point now, const pipeline::StageActivity& activity) {
   Neglect& neglect =
       neglects_.try_emplace(activity.stage, Neglect{now, activity.processed}).first->second;
-  if (!activity.neglects_input || activity.processed != neglect.processed)
+  if (!activity.neglects_input || activity.wants_to_run || activity.processed != neglect.processed)
     neglect = {now, activity.processed};
   return now - neglect.since >= kBlocked;
 }

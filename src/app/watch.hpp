@@ -19,8 +19,8 @@ class Watch {
   using Clock = std::chrono::steady_clock;
 
   /// To be called once or twice a second. The stage that hangs: that has had an item in hand for
-  /// 4 s (recorder and capture: 6 s) without using the processor, or for a minute whatever it does,
-  /// or takes none of those that wait for 4 s.
+  /// 4 s (recorder and capture: 6 s) without using the processor or waiting for it, or for a minute
+  /// whatever it does, or takes none of those that wait for 4 s.
   std::optional<std::string> hung(Clock::time_point now,
                                   const std::vector<pipeline::StageActivity>& activities);
 

@@ -18,7 +18,7 @@ CameraRig load_calibration(const fs::path& file) {
   std::error_code ignored;
   if (!fs::exists(file, ignored)) {
     throw InputError(printable(file.string()) +
-                     ": there is no calibration; add it, or give --calib FILE");
+                     ": there is no calibration; add it, or name another");
   }
   return calibration::load_rig(file);
 }

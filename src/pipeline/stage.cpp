@@ -29,19 +29,26 @@ double thread_cpu_s() {
   return static_cast<double>(used.tv_sec) + 1e-9 * static_cast<double>(used.tv_nsec);
 }
 
+struct ThreadStatus {
+  double cpu_s = 0;
+  bool runnable = false;
+};
+
 // Of any thread of this process: its clock may be asked only while it is sure to run. proc(5): the
-// name, in brackets, is the second field, user and system time are the 14th and 15th.
-double cpu_s_of(int thread) {
+// name, in brackets, is the second field, then comes the state; user and system time are the 14th
+// and 15th.
+ThreadStatus status_of(int thread) {
   std::ifstream file("/proc/self/task/" + std::to_string(thread) + "/stat");
   const std::string text(std::istreambuf_iterator<char>(file), {});
   const std::size_t name_end = text.rfind(')');
-  if (name_end == text.npos) return 0;
+  if (name_end == text.npos) return {};
   std::istringstream fields(text.substr(name_end + 1));
-  std::string passed_over;
-  for (int field = 3; field < 14; ++field) fields >> passed_over;
+  std::string state, passed_over;
+  fields >> state;
+  for (int field = 4; field < 14; ++field) fields >> passed_over;
   double user = 0, system = 0;
   fields >> user >> system;
-  return (user + system) / static_cast<double>(sysconf(_SC_CLK_TCK));
+  return {(user + system) / static_cast<double>(sysconf(_SC_CLK_TCK)), state == "R"};
 }
 
 }  // namespace
@@ -99,7 +106,9 @@ StageActivity Stage::activity() const {
   activity.busy = progress_.busy(Progress::Clock::now());
   const int thread = thread_id_;
   if (thread == 0) return activity;
-  activity.cpu_s = cpu_s_of(thread);
+  const ThreadStatus status = status_of(thread);
+  activity.cpu_s = status.cpu_s;
+  activity.wants_to_run = status.runnable;
   activity.neglects_input =
       !waits && !activity.busy &&
       std::ranges::any_of(inputs_, [](const Input& input) { return input.edge->depth() > 0; });

@@ -2,6 +2,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "nadir/sensors/input.hpp"
 
+#include <arpa/inet.h>
+
+#include <algorithm>
 #include <array>
 #include <charconv>
 #include <optional>
@@ -47,6 +50,13 @@ std::string without_brackets(std::string_view address) {
   return std::string(bracketed ? address.substr(1, address.size() - 2) : address);
 }
 
+bool is_ip_address(std::string text) {
+  text.resize(std::min(text.find('%'), text.size()));  // an interface's name
+  in6_addr address{};                                  // of either kind
+  return ::inet_pton(AF_INET, text.c_str(), &address) == 1 ||
+         ::inet_pton(AF_INET6, text.c_str(), &address) == 1;
+}
+
 }  // namespace
 
 std::string Input::name() const {
@@ -84,6 +94,8 @@ Input parse_input(std::string_view text) {
   input.rate = *rate;
   if (colon != rest.npos) input.address = without_brackets(rest.substr(0, colon));
   if (input.address.empty() && input.transport == Transport::udp) input.address = kEveryAddress;
+  if (input.transport == Transport::udp && !is_ip_address(input.address))
+    refuse(text, "listens on no IP address of this machine");
   if (input.address.empty()) refuse(text, serial || iio ? "names no device" : "names no host");
   return input;
 }

@@ -13,6 +13,8 @@
 #include <chrono>
 #include <optional>
 #include <string>
+#include <system_error>
+#include <thread>
 #include <variant>
 
 #include "nadir/sensors/iio.hpp"
@@ -33,7 +35,7 @@ constexpr auto kRetry = std::chrono::seconds(1), kPatience = std::chrono::second
 Time now() { return std::chrono::steady_clock::now().time_since_epoch().count(); }
 
 struct Counters {
-  std::atomic<std::uint64_t> used = 0, unused = 0, damaged = 0;
+  std::atomic<std::uint64_t> used = 0, unused = 0, damaged = 0, bytes = 0;
 };
 
 /// The sentences or packets in an input's bytes.
@@ -98,17 +100,17 @@ class Ear {
 };
 
 /// One input: opened, read, closed, and opened again a second later.
-class Link {
+class Link : public std::enable_shared_from_this<Link> {
  public:
-  Link(asio::io_context& context, std::size_t index, Input input, Listener::Callbacks& callbacks)
+  Link(const std::shared_ptr<asio::io_context>& context, std::size_t index, Input input,
+       Listener::Callbacks& callbacks)
       : context_(context),
         index_(index),
         input_(std::move(input)),
         callbacks_(callbacks),
         ear_(input_.protocol, counters_),
         device_("/sys/bus/iio/devices", input_.address),
-        timer_(context),
-        resolver_(context) {}
+        timer_(*context) {}
 
   const Counters& counters() const { return counters_; }
 
@@ -127,7 +129,7 @@ class Link {
 
  private:
   void open_serial() {
-    auto& port = port_.emplace<asio::serial_port>(context_);
+    auto& port = port_.emplace<asio::serial_port>(*context_);
     error_code error;
     port.open(input_.address, error);
     if (!error) port.set_option(asio::serial_port::baud_rate(input_.rate), error);
@@ -145,7 +147,7 @@ class Link {
   }
 
   void open_udp() {
-    auto& socket = port_.emplace<udp::socket>(context_);
+    auto& socket = port_.emplace<udp::socket>(*context_);
     error_code error;
     const auto address = asio::ip::make_address(input_.address, error);
     const udp::endpoint endpoint(address, static_cast<std::uint16_t>(input_.rate));
@@ -176,26 +178,41 @@ class Link {
   }
 
   void open_tcp() {
-    timer_.expires_after(kPatience);
-    timer_.async_wait([this, attempt = ++attempt_](error_code stopped) {
-      if (!stopped && attempt == attempt_) close(asio::error::timed_out);
-    });
-    auto& socket = port_.emplace<tcp::socket>(context_);
     error_code named;
     const auto address = asio::ip::make_address(input_.address, named);
     const auto port = static_cast<std::uint16_t>(input_.rate);
-    // A name is looked up on a thread of its own, for which the end waits.
-    if (!named) return connect(socket, std::array{tcp::endpoint(address, port)});
-    resolver_.async_resolve(input_.address, std::to_string(input_.rate),
-                            [this, attempt = attempt_](error_code error, const auto& found) {
-                              if (attempt != attempt_) return;
-                              if (error) return close(error);
-                              connect(std::get<tcp::socket>(port_), found);
-                            });
+    if (!named) return connect(std::array{tcp::endpoint(address, port)});
+    look_up();
+  }
+
+  // A server of names may answer late. Each name has a thread of its own, so that none waits for
+  // another, and the end does not wait for it.
+  void look_up() {
+    give_up_in_time([this] { tell_fault("its name is not found yet"); });
+    const auto ask = [context = context_, self = weak_from_this(), host = input_.address,
+                      port = std::to_string(input_.rate), attempt = attempt_] {
+      asio::io_context own;
+      error_code error;
+      const auto found = tcp::resolver(own).resolve(host, port, error);
+      asio::post(*context, [self, attempt, error, found] {
+        const auto link = self.lock();
+        if (!link || link->attempt_ != attempt) return;
+        ++link->attempt_;
+        if (error) return link->close(error);
+        link->connect(found);
+      });
+    };
+    try {
+      std::thread(ask).detach();
+    } catch (const std::system_error&) {
+      close(asio::error::no_memory);
+    }
   }
 
   template <class Endpoints>
-  void connect(tcp::socket& socket, const Endpoints& endpoints) {
+  void connect(const Endpoints& endpoints) {
+    auto& socket = port_.emplace<tcp::socket>(*context_);
+    give_up_in_time([this] { close(asio::error::timed_out); });
     asio::async_connect(socket, endpoints,
                         [this, attempt = attempt_](error_code error, const tcp::endpoint&) {
                           if (attempt != attempt_) return;  // too late: its socket is gone
@@ -206,6 +223,14 @@ class Link {
                           opened();
                           read(std::get<tcp::socket>(port_));
                         });
+  }
+
+  template <class Act>
+  void give_up_in_time(const Act& act) {
+    timer_.expires_after(kPatience);
+    timer_.async_wait([this, act, attempt = attempt_](error_code stopped) {
+      if (!stopped && attempt == attempt_) act();
+    });
   }
 
   // A peer without power says nothing, not even that it is gone.
@@ -239,6 +264,7 @@ class Link {
 
   void take(std::size_t size) {
     const Time time = now();
+    counters_.bytes += size;
     ear_.hear(std::span(buffer_).first(size), [&](const Reading& reading) {
       callbacks_.heard({index_, time, reading});
     });
@@ -259,17 +285,21 @@ class Link {
     port_.emplace<std::monostate>();
     ++attempt_;
     ear_.forget();
-    if (std::exchange(state_, State::failed) != State::failed)
-      callbacks_.link({index_, now(), input_.name() + ": " + error.message()});
+    tell_fault(error.message());
     timer_.expires_after(kRetry);
     timer_.async_wait([this](error_code stopped) {
       if (!stopped) open();
     });
   }
 
+  void tell_fault(const std::string& fault) {
+    if (std::exchange(state_, State::failed) != State::failed)
+      callbacks_.link({index_, now(), input_.name() + ": " + fault});
+  }
+
   enum class State { unknown, open, failed };
 
-  asio::io_context& context_;
+  const std::shared_ptr<asio::io_context> context_;  ///< also of threads that look up a name
   std::size_t index_;
   Input input_;
   Listener::Callbacks& callbacks_;
@@ -278,7 +308,6 @@ class Link {
   IioDevice device_;
   std::optional<std::string> lack_;  ///< of device_, as it was told
   asio::steady_timer timer_;
-  tcp::resolver resolver_;
   std::variant<std::monostate, asio::serial_port, udp::socket, tcp::socket> port_;
   std::array<std::uint8_t, 4096> buffer_{};
   State state_ = State::unknown;
@@ -289,8 +318,8 @@ class Link {
 
 struct Listener::State {
   Callbacks callbacks;
-  asio::io_context context{1};
-  std::vector<std::unique_ptr<Link>> links;
+  std::shared_ptr<asio::io_context> context = std::make_shared<asio::io_context>(1);
+  std::vector<std::shared_ptr<Link>> links;
 };
 
 Listener::Listener(const std::vector<Input>& inputs, Callbacks callbacks)
@@ -298,24 +327,24 @@ Listener::Listener(const std::vector<Input>& inputs, Callbacks callbacks)
   state_->callbacks = std::move(callbacks);
   for (std::size_t i = 0; i < inputs.size(); ++i) {
     state_->links.push_back(
-        std::make_unique<Link>(state_->context, i, inputs[i], state_->callbacks));
+        std::make_shared<Link>(state_->context, i, inputs[i], state_->callbacks));
   }
 }
 
 Listener::~Listener() = default;
 
 void Listener::run(const std::stop_token& stop) {
-  const auto idle = asio::make_work_guard(state_->context);
-  const std::stop_callback on_stop(stop, [this] { state_->context.stop(); });
+  const auto idle = asio::make_work_guard(*state_->context);
+  const std::stop_callback on_stop(stop, [this] { state_->context->stop(); });
   for (const auto& link : state_->links) link->open();
-  state_->context.run();
+  state_->context->run();
 }
 
 std::vector<LinkCounts> Listener::counts() const {
   std::vector<LinkCounts> counts;
   for (const auto& link : state_->links) {
     const Counters& own = link->counters();
-    counts.push_back({own.used, own.unused, own.damaged});
+    counts.push_back({own.used, own.unused, own.damaged, own.bytes});
   }
   return counts;
 }

@@ -128,6 +128,7 @@ class WebServer::Reactor {
   ~Reactor() { stop(); }
 
   std::uint16_t port() const { return port_; }
+  const std::string& listen_fault() const { return listen_fault_; }
   void publish(Lane lane, std::uint64_t key, wire::Bytes record);
   Stats stats() const;
   void stop();
@@ -154,6 +155,7 @@ class WebServer::Reactor {
   tcp::acceptor acceptor_{io_};
   asio::steady_timer farewell_{io_};
   std::atomic<std::uint16_t> port_ = 0;
+  std::string listen_fault_;
   std::jthread thread_;
 };
 
@@ -171,12 +173,10 @@ WebServer::Reactor::Reactor(Config config, std::vector<Asset> assets, std::optio
   if (listening) {
     take_over(*listening);
   } else if (const error_code error = listen()) {
-    if (when == Listen::at_once) {
-      throw InputError(
-          "cannot listen on " + config_.address + " port " + std::to_string(config_.port) + ": " +
-          error.message() +
-          "; end the program that holds it or choose another (serve.address, serve.port)");
-    }
+    listen_fault_ = "cannot listen on " + config_.address + " port " +
+                    std::to_string(config_.port) + ": " + error.message() +
+                    "; end the program that holds it or choose another (serve.address, serve.port)";
+    if (when == Listen::at_once) throw InputError(listen_fault_);
   }
   if (port_ != 0) {
     spawn(io_, accept());
@@ -224,10 +224,15 @@ void WebServer::Reactor::take_over(int listening) {
   error_code error;
   const bool known = ::getsockname(listening, reinterpret_cast<sockaddr*>(&address), &size) == 0;
   const auto protocol = address.ss_family == AF_INET6 ? tcp::v6() : tcp::v4();
-  const bool internet = address.ss_family == AF_INET6 || address.ss_family == AF_INET;
+  int listens = 0;
+  socklen_t length = sizeof listens;
+  ::getsockopt(listening, SOL_SOCKET, SO_ACCEPTCONN, &listens, &length);
+  const bool internet =
+      listens != 0 && (address.ss_family == AF_INET6 || address.ss_family == AF_INET);
   if (known && internet) acceptor_.assign(protocol, listening, error);
   if (!known || !internet || error) {
-    throw InputError("the socket that was handed over is none for TCP; correct nadir.socket");
+    throw InputError(
+        "the socket that was handed over does not listen for TCP; correct nadir.socket");
   }
   ::fcntl(listening, F_SETFD, FD_CLOEXEC);
   port_ = acceptor_.local_endpoint().port();
@@ -386,6 +391,7 @@ WebServer::WebServer(Config config, std::vector<Asset> assets, std::optional<int
 }
 WebServer::~WebServer() = default;
 std::uint16_t WebServer::port() const { return reactor_->port(); }
+const std::string& WebServer::listen_fault() const { return reactor_->listen_fault(); }
 void WebServer::publish(Lane lane, std::uint64_t key, wire::Bytes record) {
   NADIR_CHECK(record.size() >= wire::kHeaderSize, record.size());
   reactor_->publish(lane, key, std::move(record));

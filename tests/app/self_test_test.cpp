@@ -69,7 +69,7 @@ TEST_F(SelfTest, FindsThePageWhereItIsServed) {
   config.port = server->port();
   EXPECT_EQ(check_page(config).verdict, Verdict::good);
   server.reset();
-  EXPECT_EQ(check_page(config).verdict, Verdict::doubtful);
+  EXPECT_EQ(check_page(config).verdict, Verdict::absent);
 }
 
 }  // namespace

@@ -65,6 +65,15 @@ TEST_F(WatchTest, FindsAStageThatTakesNothingOfWhatWaits) {
   EXPECT_EQ(found(true, 19), "stage");
 }
 
+TEST_F(WatchTest, DoesNotBlameAStageThatGetsNoProcessor) {
+  for (int s = 1; s < 60; ++s) {
+    now += 1s;
+    const auto found =
+        watch.hung(now, {{.stage = "stage", .busy = 1s * s, .cpu_s = 1, .wants_to_run = true}});
+    EXPECT_FALSE(found) << s;
+  }
+}
+
 TEST_F(WatchTest, LetsAStageWaitForever) {
   for (int s = 1; s <= 100; ++s) EXPECT_FALSE(after_a_second(0, std::nullopt)) << s;
 }

@@ -8,6 +8,7 @@ import shlex
 from machine import Failed
 
 FEED_HZ = 3
+VIVID_HZ = 5
 VIVID_SIZE = 320, 180
 VIMC_SIZE = 480, 360
 
@@ -50,7 +51,7 @@ class Product:
     def feed(self):
         """Starts the pair; returns when it gave its first images."""
         self.guest.command(f"systemd-run -q --unit=feed -p StandardOutput=file:/run/feed python3 /host/guest/feed.py /host/survey {FEED_HZ} /dev/video40 /dev/video41")
-        return float(self.guest.command("until grep -qs first /run/feed; do systemctl -q is-active feed || { journalctl -u feed -n 9; exit 1; }; sleep 0.05; done; "
+        return float(self.guest.command("until grep -qs first /run/feed; do systemctl -q is-active feed || { cat /run/feed; exit 1; }; sleep 0.05; done; "
                                         "cut -d' ' -f2 /run/feed; rm /run/feed").out)
 
     def stop_feed(self):
@@ -61,7 +62,7 @@ class Product:
         self.pair_set = False
         self.install()
         self.guest.command("modprobe vivid n_devs=1 node_types=1 && udevadm settle")
-        self.use_single("platform:vivid-000", VIVID_SIZE, rate_hz=0)
+        self.use_single("platform:vivid-000", VIVID_SIZE, rate_hz=VIVID_HZ)
 
     def use_vimc(self):
         """A single camera of libcamera: the kernel's virtual media controller. rmmod vimc ends it."""
@@ -80,6 +81,20 @@ class Product:
                        "distortion_coefficients: !!opencv-matrix\n   rows: 1\n   cols: 5\n   dt: d\n   data: [ 0., 0., 0., 0., 0. ]\n")
         self.guest.command(f"printf %s {shlex.quote(calibration)} >/etc/nadir/single.yml")
         self.configure(camera=camera, camera_right="", calibration="/etc/nadir/single.yml", scale=1.0, rate_hz=rate_hz)
+
+    def take_vivid(self):
+        """Has the service take that camera's images; expect() sees what it says."""
+        self.stop_feed()
+        self.use_vivid()
+        self.listen()
+        self.restart()
+        self.expect("the dive:", self.guest.clock() - 5, 15)
+
+    def unplug_vivid(self):
+        return self.guest.command("echo vivid.0 >/sys/bus/platform/drivers/vivid/unbind").begin
+
+    def plug_in_vivid(self):
+        return self.guest.command("echo vivid.0 >/sys/bus/platform/drivers/vivid/bind").begin
 
     def restart(self):
         self.guest.command("systemctl restart nadir.service")

@@ -39,6 +39,7 @@ TEST(Input, MalformedIsRefusedWithItsFaultAndTheForm) {
                                     {"nmea:usb:1", "serial, udp nor tcp"},
                                     {"nmea:udp:", "no port"},
                                     {"nmea:udp:0", "no port"},
+                                    {"nmea:udp:foo:9300", "no IP address"},
                                     {"nmea:udp:65536", "no port"},
                                     {"nmea:udp:1x", "no port"},
                                     {"nmea:tcp:2000", "no host"},

@@ -400,6 +400,7 @@ TEST(WebServer, WaitsForThePortWhenTold) {
   config.port = first->port();
   WebServer second(config, {}, {}, Listen::in_time);
   EXPECT_EQ(second.port(), 0);
+  EXPECT_THAT(second.listen_fault(), HasSubstr("127.0.0.1 port " + std::to_string(config.port)));
   first.reset();
   EXPECT_TRUE(soon([&] { return second.port() == config.port; }));
   EXPECT_TRUE(RawClient(second.port()).get("/feed").starts_with("HTTP/1.1 426 "));

@@ -46,6 +46,7 @@ struct StageActivity {
   std::optional<std::chrono::nanoseconds> busy{};
   double cpu_s = 0;             ///< of its thread so far, the item in hand included
   bool neglects_input = false;  ///< items wait and it has none in hand
+  bool wants_to_run = false;    ///< and would work, had it a processor
   std::uint64_t processed = 0;  ///< items so far
 };
 

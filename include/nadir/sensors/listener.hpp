@@ -34,6 +34,7 @@ struct LinkCounts {
   std::uint64_t used = 0;
   std::uint64_t unused = 0;   ///< sentences of kinds that say nothing of use
   std::uint64_t damaged = 0;  ///< with a wrong checksum, or none, or a field that is no number
+  std::uint64_t bytes = 0;    ///< whatever they were; none are counted of IIO devices
 };
 
 class Listener {
@@ -45,7 +46,7 @@ class Listener {
 
   /// Opens nothing yet.
   Listener(const std::vector<Input>& inputs, Callbacks callbacks);
-  ~Listener();  ///< waits for a name that is being looked up
+  ~Listener();
   Listener(const Listener&) = delete;
   Listener& operator=(const Listener&) = delete;
 

@@ -69,6 +69,8 @@ class WebServer {
 
   /// 0 while it does not listen yet.
   std::uint16_t port() const;
+  /// Why it did not at once; empty when it did.
+  const std::string& listen_fault() const;
 
   /// Gives the record its sequence and sends it to every viewer, now and later. Does not wait for
   /// any of them. From one thread.

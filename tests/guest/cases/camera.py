@@ -5,22 +5,15 @@ from machine import Failed
 
 TIMES = 20
 LOST_S, BACK_S = 1, 3
-DRIVER = "/sys/bus/platform/drivers/vivid"
 
 
 def run(guest, nadir):
-    nadir.stop_feed()
-    nadir.use_vivid()
-    nadir.listen()
-    nadir.restart()
-    nadir.expect("the dive:", guest.clock() - 5, 15)
+    nadir.take_vivid()
     before = footprint(guest, nadir)
     lost, back = [], []
     for _ in range(TIMES):
-        gone = guest.command(f"echo vivid.0 >{DRIVER}/unbind").begin
-        lost.append(nadir.expect("^camera_lost", gone, LOST_S))
-        returned = guest.command(f"echo vivid.0 >{DRIVER}/bind").begin
-        back.append(nadir.expect("^camera_back", returned, BACK_S))
+        lost.append(nadir.expect("^camera_lost", nadir.unplug_vivid(), LOST_S))
+        back.append(nadir.expect("^camera_back", nadir.plug_in_vivid(), BACK_S))
     after = footprint(guest, nadir)
     if after > before:
         raise Failed(f"{before} open files before, {after} after")

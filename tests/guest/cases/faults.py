@@ -5,15 +5,10 @@ from machine import Failed
 
 LOST_S, BACK_S = 1, 3
 COUNTED_S = 12  # losses are told together
-DRIVER = "/sys/bus/platform/drivers/vivid"
 
 
 def run(guest, nadir):
-    nadir.stop_feed()
-    nadir.use_vivid()
-    nadir.listen()
-    nadir.restart()
-    nadir.expect("the dive:", guest.clock() - 5, 15)
+    nadir.take_vivid()
     process = nadir.process()
     took = {}
 
@@ -32,9 +27,8 @@ def run(guest, nadir):
     took["back"] = nadir.expect("^camera_back", since + took["failed"], BACK_S)
     since = inject("disconnect")
     took["torn off"] = nadir.expect("^camera_lost", since, LOST_S)
-    guest.command(f"echo vivid.0 >{DRIVER}/unbind")
-    since = guest.command(f"echo vivid.0 >{DRIVER}/bind").begin
-    took["plugged in"] = nadir.expect("^camera_back", since, BACK_S)
+    nadir.unplug_vivid()
+    took["plugged in"] = nadir.expect("^camera_back", nadir.plug_in_vivid(), BACK_S)
     if nadir.process() != process:
         raise Failed(f"the service started again\n{nadir.log()}")
     return "told after: " + ", ".join(f"{what} {seconds:.2f} s" for what, seconds in took.items())

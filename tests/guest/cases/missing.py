@@ -27,7 +27,7 @@ def run(guest, nadir):
     guest.command("systemctl stop nadir.service nadir.socket")
     guest.command(f'systemd-run -q --unit=holder python3 -c "{HOLD_PORT}"; until ss -ltn | grep -q :8765; do sleep 0.05; done')
     since = guest.command("systemctl start nadir.service; systemctl start nadir.socket", check=False).begin
-    nadir.expect("another program holds port 8765", since, SOON_S)
+    nadir.expect("port 8765: .*tried every second", since, SOON_S)
     nadir.expect("the dive:", since, SOON_S)
     since = guest.command("systemctl stop holder").begin
     guest.command("until curl -sf --compressed http://127.0.0.1:8765/ | grep -q '<html'; do sleep 0.1; done", limit_s=SOON_S)
