@@ -92,6 +92,28 @@ TEST(Config, FaultsNameThePlaceAndTheRemedy) {
             std::string::npos);
 }
 
+TEST(Config, FilesThatAreNoSettingsAreRefused) {
+  EXPECT_NE(error_of_file(std::string(2 << 20, '#')).find("more than 1 MB"), std::string::npos);
+  std::string deep = "a";
+  for (int i = 0; i < 40000; ++i) deep += ".a";
+  EXPECT_NE(error_of_file("\n" + deep + " = 1\n").find(":2: the line has more than 4096"),
+            std::string::npos);
+  EXPECT_NE(message_of([] {
+              Config config;
+              read_config_file("/" + std::string(300, 'x'), config);
+            }).find("too long"),
+            std::string::npos);
+}
+
+TEST(Config, SensorsAreCheckedWithTheRest) {
+  Config config;
+  config.sensors.inputs = "foo";
+  EXPECT_NE(message_of([&] { config.check(); }).find("\"foo\""), std::string::npos);
+  config.sensors.inputs.clear();
+  config.sensors.outputs = "bar";
+  EXPECT_NE(message_of([&] { config.check(); }).find("\"bar\""), std::string::npos);
+}
+
 TEST(Config, WindowsLineEndsAndByteOrderMarkAreRead) {
   Config config;
   read_config_file(file_with("\xEF\xBB\xBF[odometry]\r\nwindow = 3\r\n"), config);

@@ -7,6 +7,7 @@
 #include <fcntl.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <netdb.h>
 #include <netinet/in.h>
 #include <stdlib.h>
 #include <sys/socket.h>
@@ -183,6 +184,28 @@ TEST(Listener, ConnectsAgainWhenTheOtherSideComesBack) {
   again.send(kHeading);
   ASSERT_TRUE(listening.hears(2));
   EXPECT_EQ(listening.counts().damaged, 0u);
+}
+
+TEST(Listener, FindsAHostByItsName) {
+  addrinfo wanted{}, *found = nullptr;
+  wanted.ai_family = AF_INET;
+  if (getaddrinfo("localhost", nullptr, &wanted, &found) != 0)
+    GTEST_SKIP() << "not run: no host localhost";
+  freeaddrinfo(found);
+  const Descriptor server(::socket(AF_INET, SOCK_STREAM, 0));
+  bind_to(server, 0);
+  ASSERT_EQ(listen(*server, 1), 0);
+  Listening listening("nmea:tcp:localhost:" + std::to_string(port_of(server)));
+  const Descriptor client(accept(*server, nullptr, nullptr));
+  client.send(kHeading);
+  EXPECT_TRUE(listening.hears(1));
+  EXPECT_EQ(listening.counts().bytes, kHeading.size());
+}
+
+TEST(Listener, TellsOfANameThatIsNone) {
+  Listening listening("nmea:tcp:no-such-host.invalid:1");
+  ASSERT_TRUE(listening.links(1));
+  EXPECT_NE(listening.changes[0].fault, "");
 }
 
 TEST(Listener, ReadsASerialLineAndItsReturn) {
