@@ -150,7 +150,9 @@ Command parse_command_line(int argc, const char* const* argv) {
   auto* doctor_verb =
       app.add_subcommand("doctor", "test cameras, sensors, disk, clock and page before a dive");
   add_settings(*doctor_verb, doctor.settings);
-  doctor_verb->footer("Exit status 0 when a dive can be mapped, 1 when something is bad.");
+  doctor_verb->footer(
+      "Without --config it takes the settings of the service, /etc/nadir/nadir.toml.\n"
+      "Exit status 0 when a dive can be mapped, 1 when something is bad.");
   auto* replay_verb =
       app.add_subcommand("replay", "map a folder of images or a video into a dive folder");
   describe_replay(*replay_verb, replay, address, rate);
