@@ -26,18 +26,10 @@ def size_of(jpeg):
 
 def camera(node, jpeg):
     width, height = size_of(jpeg)
+    device = os.open(node, os.O_RDWR)
     pixels = struct.pack("6I", width, height, int.from_bytes(b"MJPG", "little"), FIELD_NONE, 0, width * height)
-    give_up = time.monotonic() + 5
-    while True:
-        device = os.open(node, os.O_RDWR)
-        try:
-            fcntl.ioctl(device, VIDIOC_S_FMT, bytearray(struct.pack("II", OUTPUT, 0) + pixels).ljust(208, b"\0"))
-            return device
-        except OSError:  # a reader is just trying to get images from it
-            os.close(device)
-            if time.monotonic() > give_up:
-                raise
-        time.sleep(0.05)
+    fcntl.ioctl(device, VIDIOC_S_FMT, bytearray(struct.pack("II", OUTPUT, 0) + pixels).ljust(208, b"\0"))
+    return device
 
 
 def main(survey, hz, *nodes):

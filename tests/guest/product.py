@@ -131,10 +131,12 @@ class Product:
             if newest and self.guest.command(f"test -e /var/lib/nadir/dives/{newest[0]}/dive.json", check=False).status != 0:
                 return self.mapped(set(self.dives()) - set(newest))[1]
         self.stop_feed()
+        # v4l2loopback may refuse a writer's format while a reader has the device open.
+        self.guest.command("systemctl stop nadir.service", check=False, limit_s=90)
         self.use_pair()
         known = self.dives()
-        self.restart()
         self.feed()
+        self.restart()
         return self.mapped(known)[1]
 
     def log(self):
