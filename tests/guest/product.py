@@ -131,8 +131,8 @@ class Product:
             if newest and self.guest.command(f"test -e /var/lib/nadir/dives/{newest[0]}/dive.json", check=False).status != 0:
                 return self.mapped(set(self.dives()) - set(newest))[1]
         self.stop_feed()
-        # v4l2loopback may refuse a writer's format while a reader has the device open.
-        self.guest.command("systemctl stop nadir.service", check=False, limit_s=90)
+        # Once used, v4l2loopback may refuse a writer's format.
+        self.guest.command("systemctl stop nadir.service; modprobe -r v4l2loopback", check=False, limit_s=90)
         self.use_pair()
         known = self.dives()
         self.feed()
