@@ -17,8 +17,9 @@ fs::path calibration_file(const fs::path& folder, const std::optional<fs::path>&
 CameraRig load_calibration(const fs::path& file) {
   std::error_code ignored;
   if (!fs::exists(file, ignored)) {
-    throw InputError(printable(file.string()) +
-                     ": there is no calibration; add it, or name another");
+    throw InputError(
+        printable(file.string()) +
+        ": there is no calibration; add it, or name another (--calib FILE, capture.calibration)");
   }
   return calibration::load_rig(file);
 }
