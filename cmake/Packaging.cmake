@@ -4,10 +4,10 @@
 include(GNUInstallDirs)
 set(NADIR_CONFIG_FILE ${CMAKE_INSTALL_FULL_SYSCONFDIR}/nadir/nadir.toml)
 set(units ${PROJECT_BINARY_DIR}/systemd)
-foreach(unit nadir.service nadir-replay@.service)
+foreach(unit nadir.service nadir-replay@.service nadir-kiosk.service nadir-kiosk-screen.service)
   configure_file(systemd/${unit}.in ${units}/${unit} @ONLY)
 endforeach()
-foreach(file nadir.socket nadir.sysusers nadir.tmpfiles)
+foreach(file nadir.socket nadir.sysusers nadir.tmpfiles nadir-kiosk.sysusers)
   configure_file(systemd/${file} ${units}/${file} COPYONLY)
 endforeach()
 
@@ -32,12 +32,19 @@ install(FILES ${documents}/nadir.1.gz DESTINATION ${CMAKE_INSTALL_MANDIR}/man1)
 install(FILES ${documents}/changelog.gz ${documents}/NEWS.md.gz packaging/copyright DESTINATION ${CMAKE_INSTALL_DOCDIR})
 
 # The plugin for CSI cameras depends on the one libcamera that it was built with, and so is a package of its own.
-set(CPACK_COMPONENTS_ALL nadir)
+set(CPACK_COMPONENTS_ALL nadir kiosk)
 if(TARGET nadir_libcamera_plugin)
   list(APPEND CPACK_COMPONENTS_ALL libcamera)
   install(FILES ${documents}/changelog.gz packaging/copyright
     DESTINATION ${CMAKE_INSTALL_DATAROOTDIR}/doc/nadir-libcamera${libcamera_VERSION} COMPONENT libcamera)
 endif()
+# The page on the board's own screen needs a browser, which most boards do without.
+install(PROGRAMS packaging/kiosk/nadir-kiosk DESTINATION ${CMAKE_INSTALL_LIBEXECDIR} COMPONENT kiosk EXCLUDE_FROM_ALL)
+install(FILES ${units}/nadir-kiosk.service ${units}/nadir-kiosk-screen.service DESTINATION lib/systemd/system COMPONENT kiosk EXCLUDE_FROM_ALL)
+install(FILES packaging/kiosk/weston.ini DESTINATION ${CMAKE_INSTALL_FULL_SYSCONFDIR}/nadir COMPONENT kiosk EXCLUDE_FROM_ALL)
+install(FILES systemd/nadir-kiosk.sysusers DESTINATION lib/sysusers.d RENAME nadir-kiosk.conf COMPONENT kiosk EXCLUDE_FROM_ALL)
+install(FILES ${documents}/changelog.gz packaging/copyright
+  DESTINATION ${CMAKE_INSTALL_DATAROOTDIR}/doc/nadir-kiosk COMPONENT kiosk EXCLUDE_FROM_ALL)
 
 set(CPACK_GENERATOR DEB)
 set(CPACK_DEB_COMPONENT_INSTALL ON)
@@ -48,6 +55,19 @@ set(CPACK_COMPONENT_LIBCAMERA_DESCRIPTION
   "Lets nadir take images from cameras that the kernel shows to libcamera alone,
 as those at a Raspberry Pi's ribbon connector.")
 set(CPACK_DEBIAN_LIBCAMERA_PACKAGE_DEPENDS "nadir (= ${PROJECT_VERSION}), libcamera-ipa")
+set(CPACK_DEBIAN_KIOSK_PACKAGE_NAME nadir-kiosk)
+set(CPACK_COMPONENT_KIOSK_DESCRIPTION
+  "The board shows nadir's page on its own screen, full-screen, from the next
+boot on: chromium in the Wayland compositor weston. For boards without a
+desktop; it takes the place of the first console's login.")
+set(CPACK_DEBIAN_KIOSK_PACKAGE_ARCHITECTURE all)
+set(CPACK_DEBIAN_KIOSK_PACKAGE_SHLIBDEPS OFF)
+set(CPACK_DEBIAN_KIOSK_PACKAGE_DEPENDS
+  "nadir (>= ${PROJECT_VERSION}), chromium, curl, fonts-dejavu-core, kbd, libgl1-mesa-dri, libpam-systemd, systemd, weston (>= 10)")
+set(CPACK_DEBIAN_KIOSK_PACKAGE_CONTROL_STRICT_PERMISSION ON)
+foreach(file conffiles postinst prerm postrm)
+  list(APPEND CPACK_DEBIAN_KIOSK_PACKAGE_CONTROL_EXTRA ${PROJECT_SOURCE_DIR}/packaging/kiosk/${file})
+endforeach()
 set(CPACK_PACKAGE_CONTACT ${NADIR_MAINTAINER})
 set(CPACK_PACKAGING_INSTALL_PREFIX /usr)
 set(CPACK_PACKAGE_DESCRIPTION_SUMMARY "live seabed map from underwater images")
@@ -64,7 +84,7 @@ set(CPACK_DEBIAN_FILE_NAME DEB-DEFAULT)
 set(CPACK_DEBIAN_PACKAGE_SECTION science)
 set(CPACK_DEBIAN_NADIR_PACKAGE_DEPENDS systemd)
 set(CPACK_DEBIAN_NADIR_PACKAGE_RECOMMENDS avahi-daemon)
-set(CPACK_DEBIAN_NADIR_PACKAGE_SUGGESTS "ffmpeg, nadir-libcamera${libcamera_VERSION}")
+set(CPACK_DEBIAN_NADIR_PACKAGE_SUGGESTS "ffmpeg, nadir-kiosk, nadir-libcamera${libcamera_VERSION}")
 set(CPACK_DEBIAN_NADIR_PACKAGE_CONTROL_STRICT_PERMISSION ON)
 foreach(file conffiles postinst prerm postrm)
   list(APPEND CPACK_DEBIAN_NADIR_PACKAGE_CONTROL_EXTRA ${PROJECT_SOURCE_DIR}/packaging/${file})
