@@ -19,12 +19,6 @@ namespace {
 constexpr auto kPeriod = 5s;
 constexpr auto kPairPeriod = 60s;  // it finds the corners of both images
 
-double rate_of(const Graph& graph) {
-  const auto stages = graph.stats();
-  const auto capture = std::ranges::find(stages, "capture", &StageStats::stage);
-  return capture == stages.end() ? 0 : capture->rate_out_hz;
-}
-
 }  // namespace
 
 LiveCheck::LiveCheck(const Config& config)
@@ -70,7 +64,7 @@ std::optional<wire::Check> LiveCheck::mapping(Clock::time_point now, const Load&
   if (!is_due(now)) return std::nullopt;
   wire::Check check = of_board(load);
   std::vector<Finding>& findings = check.findings;
-  findings.push_back(check_rate(rate_of(graph), config_.capture.rate_hz));
+  findings.push_back(check_rate(graph.image_rate_hz(), config_.capture.rate_hz));
   const auto newest = graph.newest();
   if (!newest || !newest->shot || !newest->shot->frame) return check;
   const Frame& frame = *newest->shot->frame;

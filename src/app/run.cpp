@@ -197,12 +197,9 @@ std::unique_ptr<record::Dive> Beginning::begin_dive(capture::CameraSource& camer
 }
 
 std::string in_words(const Graph& graph) {
-  const std::vector<StageStats> stages = graph.stats();
-  const auto capture = std::ranges::find(stages, "capture", &StageStats::stage);
   std::array<char, 64> text{};
   std::snprintf(text.data(), text.size(), "mapping: %llu images, %.1f a second",
-                static_cast<unsigned long long>(graph.shots().accepted),
-                capture == stages.end() ? 0 : capture->rate_out_hz);
+                static_cast<unsigned long long>(graph.shots().accepted), graph.image_rate_hz());
   return text.data();
 }
 

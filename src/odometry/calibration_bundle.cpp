@@ -7,6 +7,8 @@
 #include <map>
 #include <unordered_map>
 
+#include "epipolar.hpp"
+#include "median.hpp"
 #include "nadir/odometry/self_calibration.hpp"
 
 namespace nadir::odometry {
@@ -316,16 +318,9 @@ double CalibrationBundle::epipolar_px() const {
     if (!o.right) continue;
     const auto a = rig.left.unproject(o.left), b = right.camera.unproject(*o.right);
     if (!a || !b) continue;
-    const Vector3d line =
-        right.right_from_left.translation.cross(right.right_from_left.rotation * a->homogeneous());
-    const double slope = line.head<2>().norm();
-    if (!(slope > 0)) continue;
-    distances.push_back(std::abs(line.dot(b->homogeneous())) / slope * right.camera.fx);
+    if (const auto distance = epipolar_distance_px(right, *a, *b)) distances.push_back(*distance);
   }
-  if (distances.empty()) return 0;
-  const auto middle = distances.begin() + static_cast<std::ptrdiff_t>(distances.size() / 2);
-  std::ranges::nth_element(distances, middle);
-  return *middle;
+  return median(std::move(distances));
 }
 
 std::optional<CalibrationBundle::Covariance> CalibrationBundle::covariance() {

@@ -1,6 +1,7 @@
 // SPDX-FileCopyrightText: nadir contributors
 // SPDX-License-Identifier: Apache-2.0
 #include "nadir/odometry/depth_prior.hpp"
+#include "median.hpp"
 
 #include <Eigen/Cholesky>
 #include <Eigen/Geometry>
@@ -17,12 +18,6 @@ constexpr double kMinSpread = 0.08;  // of the inverse depth
 constexpr double kNear = 0.05;       // normalised coordinates: relief alike
 constexpr double kFar = 0.20;        // normalised coordinates: relief unrelated
 constexpr double kMaxSpread = 0.5;
-
-double median(std::vector<double> values) {
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
-}
 
 // Iteratively reweighted least squares; three unknowns.
 Eigen::Vector3d fit_plane(const std::vector<DepthSample>& samples) {

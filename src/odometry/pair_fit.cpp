@@ -2,12 +2,12 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "nadir/odometry/pair_fit.hpp"
 
-#include <Eigen/Geometry>
-#include <algorithm>
-#include <cmath>
+#include <utility>
 #include <vector>
 
+#include "epipolar.hpp"
 #include "features.hpp"
+#include "median.hpp"
 #include "nadir/core/check.hpp"
 #include "resection.hpp"
 #include "triangulation.hpp"
@@ -19,24 +19,6 @@ constexpr int kMinCorners = 60;      // of an image that is not blank
 constexpr double kTolerance_px = 3;  // corners are good to 0.6 px, a doubtful calibration to more
 constexpr int kCorners = 1000;
 
-double median(std::vector<double> values) {
-  if (values.empty()) return 0;
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::ranges::nth_element(values, middle);
-  return *middle;
-}
-
-Eigen::Matrix3d essential(const Rigid3& right_from_left) {
-  const Eigen::Vector3d& t = right_from_left.translation;
-  Eigen::Matrix3d cross;
-  cross << 0, -t.z(), t.y(), t.z(), 0, -t.x(), -t.y(), t.x(), 0;
-  return cross * right_from_left.rotation.toRotationMatrix();
-}
-
-double distance(const Eigen::Vector3d& line, const Eigen::Vector2d& point) {
-  return std::abs(line.dot(point.homogeneous())) / line.head<2>().norm();
-}
-
 }  // namespace
 
 PairFit pair_fit(const Frame& pair, const Features& left) {
@@ -44,7 +26,6 @@ PairFit pair_fit(const Frame& pair, const Features& left) {
   NADIR_CHECK(rig.right.has_value() && !pair.right.empty(), pair.image);
   const CameraModel& camera = rig.right->camera;
   const Rigid3& right_from_left = rig.right->right_from_left;
-  const Eigen::Matrix3d line_from_ray = essential(right_from_left);
   const Features right = detect_features(pair.right, camera, left.size());
   PairFit fit;
   fit.right_blank = right.size() < kMinCorners;
@@ -53,7 +34,8 @@ PairFit pair_fit(const Frame& pair, const Features& left) {
     ++fit.matches;
     const Eigen::Vector2d& a = left.rays[static_cast<std::size_t>(i)];
     const Eigen::Vector2d& b = right.rays[static_cast<std::size_t>(k)];
-    distances_px.push_back(camera.fx * distance(line_from_ray * a.homogeneous(), b));
+    if (const auto distance = epipolar_distance_px(*rig.right, a, b))
+      distances_px.push_back(*distance);
     const std::array<Bearing, 2> bearings{{{{}, a}, {right_from_left, b}}};
     const auto x = triangulate(bearings);
     if (!x) continue;

@@ -7,6 +7,7 @@
 #include <cmath>
 
 #include "mapping.hpp"
+#include "median.hpp"
 #include "nadir/odometry/depth_prior.hpp"
 #include "sighting.hpp"
 #include "triangulation.hpp"
@@ -19,12 +20,6 @@ using Eigen::Vector2d, Eigen::Vector3d;
 constexpr int kRadius = 4;      // px a tie point may lie from where a given pose puts it
 constexpr double kMeet_px = 4;  // the same of a described corner, whose place is rougher
 constexpr double kUnknownDisparity = 0.35;  // of the image width, searched when no depth is known
-
-double median(std::vector<double>& values) {
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
-}
 
 // Where two rays meet, in the map; none where they miss one another.
 std::optional<Vector3d> meeting(const Map& map, const Bearing& a, const Bearing& b,
