@@ -10,8 +10,9 @@ namespace {
 
 constexpr double kUnitTolerance = 1e-6;  // of a quaternion's or a normal's length
 
-Eigen::Vector3d vector3(Reader& from) {
-  Eigen::Vector3d vector;
+template <int size>
+Eigen::Matrix<double, size, 1> vector(Reader& from) {
+  Eigen::Matrix<double, size, 1> vector;
   for (double& value : vector) {
     value = from.finite();
   }
@@ -35,11 +36,27 @@ Bytes jpeg(Reader& from) {
   return bytes;
 }
 
+bool is_png(const Bytes& bytes) {
+  return bytes.size() > 8 && bytes[0] == 0x89 && bytes[1] == 'P' && bytes[2] == 'N' &&
+         bytes[3] == 'G';
+}
+
 Bytes optional_png(Reader& from) {
   Bytes bytes = from.blob();
-  from.require(bytes.empty() || (bytes.size() > 8 && bytes[0] == 0x89 && bytes[1] == 'P' &&
-                                 bytes[2] == 'N' && bytes[3] == 'G'));
+  from.require(bytes.empty() || is_png(bytes));
   return bytes;
+}
+
+double share(Reader& from) {
+  const double value = from.finite();
+  from.require(value >= 0 && value <= 1);
+  return value;
+}
+
+double not_negative(Reader& from) {
+  const double value = from.finite();
+  from.require(value >= 0);
+  return value;
 }
 
 StageStats stage_stats(Reader& from) {
@@ -114,7 +131,7 @@ std::optional<ImagePose> decode_pose(View record) {
   ImagePose pose;
   pose.image = from.number<std::uint64_t>();
   pose.time = from.number<Time>();
-  pose.survey_from_camera.translation = vector3(from);
+  pose.survey_from_camera.translation = vector<3>(from);
   for (double& value : pose.survey_from_camera.rotation.coeffs()) {
     value = from.finite();
   }
@@ -136,7 +153,7 @@ std::optional<TiePoints> decode_tie_points(View record) {
   }
   TiePoints block;
   block.block = from.number<std::uint64_t>();
-  block.origin = vector3(from);
+  block.origin = vector<3>(from);
   block.points.resize(body / kPointSize);
   for (TiePoints::Point& point : block.points) {
     for (float& value : point.offset) {
@@ -164,9 +181,9 @@ std::optional<PlaneGrid> decode_plane_grid(View record) {
   grid.rows = from.number<std::uint16_t>();
   from.require(grid.columns > 1 && grid.rows > 1);
   for (auto row : grid.survey_from_grid.rowwise()) {
-    row = vector3(from).transpose();
+    row = vector<3>(from).transpose();
   }
-  grid.camera_in_survey = vector3(from);
+  grid.camera_in_survey = vector<3>(from);
   grid.max_range = from.positive();
   return from.finish(grid);
 }
@@ -189,7 +206,7 @@ std::optional<MosaicGrid> decode_mosaic(View record) {
   for (double* value : {&world.a, &world.d, &world.b, &world.e, &world.c, &world.f}) {
     *value = from.finite();
   }
-  mosaic.plane.normal = vector3(from);
+  mosaic.plane.normal = vector<3>(from);
   // A plane along survey z has no height above X, Y.
   from.require(is_unit(mosaic.plane.normal.norm()) && mosaic.plane.normal.z() != 0);
   mosaic.plane.offset = from.finite();
@@ -239,6 +256,104 @@ std::optional<Check> decode_check(View record) {
     check.findings.push_back(std::move(finding));
   }
   return from.finish(std::move(check));
+}
+
+std::optional<Measures> decode_measures(View record) {
+  Reader from(record, RecordType::measures);
+  Measures measures;
+  const auto count = from.number<std::uint8_t>();
+  for (int i = 0; i < count && from.good(); ++i) {
+    Measures::Measure measure;
+    measure.quantity = from.choice(Quantity::utc);
+    const bool low = from.flag(), high = from.flag();
+    measure.value = from.finite();
+    const double least = from.finite(), most = from.finite();
+    if (low) measure.low = least;
+    if (high) measure.high = most;
+    measures.measures.push_back(measure);
+  }
+  return from.finish(std::move(measures));
+}
+
+std::optional<Recording> decode_recording(View record) {
+  Reader from(record, RecordType::recording);
+  Recording recording;
+  recording.phase = from.choice(Phase::ended);
+  recording.controllable = from.flag();
+  recording.saved = from.number<std::uint64_t>();
+  recording.began = from.number<Time>();
+  recording.name = from.text();
+  recording.controller = from.text();
+  return from.finish(std::move(recording));
+}
+
+std::optional<CoverageTile> decode_coverage_tile(View record) {
+  Reader from(record, RecordType::coverage_tile);
+  CoverageTile tile;
+  tile.column = from.number<std::int32_t>();
+  tile.row = from.number<std::int32_t>();
+  tile.cell = from.positive();
+  tile.png = from.blob();
+  from.require(is_png(tile.png));
+  return from.finish(std::move(tile));
+}
+
+std::optional<Guidance> decode_guidance(View record) {
+  Reader from(record, RecordType::guidance);
+  Guidance guidance;
+  guidance.area = not_negative(from);
+  guidance.covered = not_negative(from);
+  const bool on_lane = from.flag();
+  const auto lane = from.number<std::uint16_t>();
+  if (on_lane) guidance.lane = lane;
+  guidance.off_lane = from.finite();
+  const auto corners = from.number<std::uint8_t>();
+  for (int i = 0; i < corners && from.good(); ++i) guidance.plan.push_back(vector<2>(from));
+  const auto gaps = from.number<std::uint8_t>();
+  for (int i = 0; i < gaps && from.good(); ++i) {
+    const Eigen::Vector2d centre = vector<2>(from);
+    guidance.gaps.push_back({centre, not_negative(from)});
+  }
+  const auto lanes = from.number<std::uint16_t>();
+  for (int i = 0; i < lanes && from.good(); ++i) {
+    const Eigen::Vector2d begin = vector<2>(from), end = vector<2>(from);
+    guidance.lanes.push_back({begin, end, share(from)});
+  }
+  from.require(!on_lane || lane < lanes);
+  return from.finish(std::move(guidance));
+}
+
+std::optional<Mark> decode_mark(View record) {
+  Reader from(record, RecordType::mark);
+  Mark mark;
+  mark.id = from.number<std::uint64_t>();
+  mark.time = from.number<Time>();
+  const auto image = from.number<std::uint64_t>();
+  if (from.flag()) mark.image = image;
+  mark.position = vector<3>(from);
+  mark.removed = from.flag();
+  mark.note = from.text();
+  return from.finish(std::move(mark));
+}
+
+std::optional<LastView> decode_last_view(View record) {
+  Reader from(record, RecordType::last_view);
+  LastView view;
+  view.image = from.number<std::uint64_t>();
+  view.time = from.number<Time>();
+  view.jpeg = jpeg(from);
+  return from.finish(std::move(view));
+}
+
+std::optional<WayBack> decode_way_back(View record) {
+  Reader from(record, RecordType::way_back);
+  WayBack way;
+  way.lost = from.flag();
+  way.known = from.flag();
+  way.turn = from.finite();
+  way.distance = not_negative(from);
+  way.sigma = not_negative(from);
+  return from.finish(way);
 }
 
 }  // namespace nadir::wire

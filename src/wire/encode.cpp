@@ -7,15 +7,28 @@
 namespace nadir::wire {
 namespace {
 
+constexpr int kPlaceBits = 20;  // of a tile's column and of its row
+
 /// A record's key: its type, then 56 bits that tell it from its like.
 std::uint64_t make_key(RecordType type, std::uint64_t which = 0) {
   return (std::uint64_t{static_cast<std::uint8_t>(type)} << 56) | (which & ((1ULL << 56) - 1));
 }
 
-void put(Writer& to, const Eigen::Vector3d& vector) {
+template <int size>
+void put(Writer& to, const Eigen::Matrix<double, size, 1>& vector) {
   for (const double value : vector) {
     to.finite(value);
   }
+}
+
+/// Of a tile that shares its key with none within half a million either way.
+std::uint64_t place(std::int32_t column, std::int32_t row) {
+  constexpr std::int32_t kHalf = 1 << (kPlaceBits - 1);
+  const auto side = [](std::int32_t index) {
+    NADIR_CHECK(index >= -kHalf && index < kHalf, index);
+    return static_cast<std::uint64_t>(std::int64_t{index} + kHalf);
+  };
+  return (side(column) << kPlaceBits) | side(row);
 }
 
 }  // namespace
@@ -88,7 +101,7 @@ Bytes encode(const PlaneGrid& grid) {
   Writer to(RecordType::plane_grid);
   to.number(grid.image).number(grid.submap).number(grid.columns).number(grid.rows);
   for (const auto& row : grid.survey_from_grid.rowwise()) {
-    put(to, row.transpose());
+    put<3>(to, row.transpose());
   }
   put(to, grid.camera_in_survey);
   return to.finite(grid.max_range).finish();
@@ -138,6 +151,67 @@ Bytes encode(const Check& check) {
   return to.finish();
 }
 
+Bytes encode(const Measures& measures) {
+  Writer to(RecordType::measures);
+  to.number(static_cast<std::uint8_t>(measures.measures.size()));
+  for (const Measures::Measure& measure : measures.measures) {
+    to.choice(measure.quantity).flag(measure.low.has_value()).flag(measure.high.has_value());
+    to.finite(measure.value).finite(measure.low.value_or(0)).finite(measure.high.value_or(0));
+  }
+  return to.finish();
+}
+
+Bytes encode(const Recording& recording) {
+  Writer to(RecordType::recording);
+  to.choice(recording.phase).flag(recording.controllable);
+  to.number(recording.saved).number(recording.began);
+  return to.text(recording.name).text(recording.controller).finish();
+}
+
+Bytes encode(const CoverageTile& tile) {
+  Writer to(RecordType::coverage_tile);
+  return to.number(tile.column).number(tile.row).finite(tile.cell).blob(tile.png).finish();
+}
+
+Bytes encode(const Guidance& guidance) {
+  Writer to(RecordType::guidance);
+  to.finite(guidance.area).finite(guidance.covered);
+  to.flag(guidance.lane.has_value()).number(guidance.lane.value_or(0)).finite(guidance.off_lane);
+  to.number(static_cast<std::uint8_t>(guidance.plan.size()));
+  for (const Eigen::Vector2d& corner : guidance.plan) put(to, corner);
+  to.number(static_cast<std::uint8_t>(guidance.gaps.size()));
+  for (const Guidance::Gap& gap : guidance.gaps) {
+    put(to, gap.centre);
+    to.finite(gap.area);
+  }
+  to.number(static_cast<std::uint16_t>(guidance.lanes.size()));
+  for (const Guidance::Lane& lane : guidance.lanes) {
+    put(to, lane.from);
+    put(to, lane.to);
+    to.finite(lane.covered);
+  }
+  return to.finish();
+}
+
+Bytes encode(const Mark& mark) {
+  Writer to(RecordType::mark);
+  to.number(mark.id).number(mark.time).number(mark.image.value_or(0));
+  to.flag(mark.image.has_value());
+  put(to, mark.position);
+  return to.flag(mark.removed).text(mark.note).finish();
+}
+
+Bytes encode(const LastView& view) {
+  Writer to(RecordType::last_view);
+  return to.number(view.image).number(view.time).blob(view.jpeg).finish();
+}
+
+Bytes encode(const WayBack& way) {
+  Writer to(RecordType::way_back);
+  to.flag(way.lost).flag(way.known);
+  return to.finite(way.turn).finite(way.distance).finite(way.sigma).finish();
+}
+
 std::uint64_t key(const State&) { return make_key(RecordType::state); }
 std::uint64_t key(const AlertRecord& alert) { return make_key(RecordType::alert, alert.id); }
 std::uint64_t key(const CameraInfo&) { return make_key(RecordType::camera); }
@@ -151,17 +225,20 @@ std::uint64_t key(const PlaneColour& colour) {
 }
 std::uint64_t key(const MosaicGrid& mosaic) { return make_key(RecordType::mosaic, mosaic.mosaic); }
 std::uint64_t key(const MosaicTile& tile) {
-  constexpr int kBits = 20;  // of column and of row: half a million tiles either way
-  constexpr std::int32_t kHalf = 1 << (kBits - 1);
-  const auto side = [](std::int32_t index) {
-    NADIR_CHECK(index >= -kHalf && index < kHalf, index);
-    return static_cast<std::uint64_t>(std::int64_t{index} + kHalf);
-  };
-  return make_key(RecordType::mosaic_tile, (std::uint64_t{tile.mosaic} << (2 * kBits)) |
-                                               (side(tile.column) << kBits) | side(tile.row));
+  return make_key(RecordType::mosaic_tile,
+                  (std::uint64_t{tile.mosaic} << (2 * kPlaceBits)) | place(tile.column, tile.row));
 }
 std::uint64_t key(const LiveImage&) { return make_key(RecordType::live_image); }
 std::uint64_t key(const Statistics&) { return make_key(RecordType::statistics); }
 std::uint64_t key(const Check&) { return make_key(RecordType::check); }
+std::uint64_t key(const Measures&) { return make_key(RecordType::measures); }
+std::uint64_t key(const Recording&) { return make_key(RecordType::recording); }
+std::uint64_t key(const CoverageTile& tile) {
+  return make_key(RecordType::coverage_tile, place(tile.column, tile.row));
+}
+std::uint64_t key(const Guidance&) { return make_key(RecordType::guidance); }
+std::uint64_t key(const Mark& mark) { return make_key(RecordType::mark, mark.id); }
+std::uint64_t key(const LastView&) { return make_key(RecordType::last_view); }
+std::uint64_t key(const WayBack&) { return make_key(RecordType::way_back); }
 
 }  // namespace nadir::wire

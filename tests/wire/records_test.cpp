@@ -118,6 +118,39 @@ Check check_sample() {
            {Verdict::bad, "disk", "/dives cannot be written: read-only", "check the disk"}}};
 }
 
+Measures measures_sample() {
+  return {{{.quantity = Quantity::altitude, .value = 1.5, .low = 1.0, .high = 3.0},
+           {.quantity = Quantity::overlap, .value = 0.75, .low = 0.6},
+           {.quantity = Quantity::utc, .value = 1795996800.5}}};
+}
+
+Recording recording_sample() {
+  return {.phase = Phase::recording,
+          .controllable = true,
+          .saved = 120,
+          .began = from_seconds(3.5),
+          .name = "dive-0007",
+          .controller = "Anna"};
+}
+
+Guidance guidance_sample() {
+  return {.plan = {{0, 0}, {10, 0}, {10, 5}, {0, 5}},
+          .area = 50,
+          .covered = 12.5,
+          .gaps = {{{2.5, 1.25}, 0.75}, {{8, 4}, 3}},
+          .lanes = {{{0, 1}, {10, 1}, 0.5}, {{10, 3}, {0, 3}, 0}},
+          .lane = 1,
+          .off_lane = -0.25};
+}
+
+Mark mark_sample() {
+  return {.id = 3,
+          .time = from_seconds(30),
+          .image = 61,
+          .position = {1.5, -2.5, 0.125},
+          .note = "amphora, handle broken"};
+}
+
 template <class T>
 auto again(std::optional<T> (*decode)(View record)) {
   return [decode](View record) -> std::optional<Bytes> {
@@ -147,7 +180,16 @@ const std::map<std::string, Sample>& samples() {
       {"mosaic_tile", {encode(tile_sample()), again(decode_mosaic_tile)}},
       {"live_image", {encode(LiveImage{9, from_seconds(4.5), kJpeg}), again(decode_live_image)}},
       {"statistics", {encode(statistics_sample()), again(decode_statistics)}},
-      {"check", {encode(check_sample()), again(decode_check)}}};
+      {"check", {encode(check_sample()), again(decode_check)}},
+      {"measures", {encode(measures_sample()), again(decode_measures)}},
+      {"recording", {encode(recording_sample()), again(decode_recording)}},
+      {"coverage_tile",
+       {encode(CoverageTile{.column = -1, .row = 2, .cell = 0.05, .png = kPng}),
+        again(decode_coverage_tile)}},
+      {"guidance", {encode(guidance_sample()), again(decode_guidance)}},
+      {"mark", {encode(mark_sample()), again(decode_mark)}},
+      {"last_view", {encode(LastView{8, from_seconds(4), kJpeg}), again(decode_last_view)}},
+      {"way_back", {encode(WayBack{true, true, -0.5, 2.25, 0.5}), again(decode_way_back)}}};
   return all;
 }
 
@@ -191,6 +233,15 @@ TEST(Records, DecodeToTheValuesGiven) {
   const PlaneGrid grid = decode_plane_grid(file(golden_path("plane_grid"))).value();
   EXPECT_EQ(grid.survey_from_grid(3, 0), 0.0005);
   EXPECT_EQ(decode_mosaic(file(golden_path("mosaic")))->world.f, -20.25);
+  const Measures measures = decode_measures(file(golden_path("measures"))).value();
+  EXPECT_EQ(measures.measures.at(0).high, 3.0);
+  EXPECT_EQ(measures.measures.at(1).high, std::nullopt);
+  const Guidance guidance = decode_guidance(file(golden_path("guidance"))).value();
+  EXPECT_EQ(guidance.plan.at(2), Eigen::Vector2d(10, 5));
+  EXPECT_EQ(guidance.gaps.at(1).area, 3);
+  EXPECT_EQ(guidance.lanes.at(1).from.x(), 10);
+  EXPECT_EQ(guidance.lane, 1);
+  EXPECT_EQ(decode_mark(file(golden_path("mark")))->image, 61U);
 }
 
 TEST(Records, AreRefusedWhenCutShortOrProlonged) {
@@ -244,6 +295,14 @@ TEST(Records, RefuseValuesOutOfRange) {
   MosaicGrid upright = mosaic_sample();
   upright.plane.normal = {1, 0, 0};
   EXPECT_FALSE(decode_mosaic(encode(upright)));
+  Guidance beyond = guidance_sample();
+  beyond.lane = 2;
+  EXPECT_FALSE(decode_guidance(encode(beyond)));
+  beyond = guidance_sample();
+  beyond.lanes[0].covered = 1.5;
+  EXPECT_FALSE(decode_guidance(encode(beyond)));
+  EXPECT_FALSE(decode_coverage_tile(encode(CoverageTile{.cell = 0, .png = kPng})));
+  EXPECT_FALSE(decode_coverage_tile(encode(CoverageTile{.cell = 1, .png = kJpeg})));
   EXPECT_FALSE(decode_live_image(encode(LiveImage{.image = 1, .time = 0, .jpeg = {1, 2, 3, 4}})));
 }
 
@@ -274,6 +333,11 @@ TEST(Records, HaveKeysThatTellThemApart) {
   ++seen[key(Statistics{})];
   ++seen[key(Check{})];
   ++seen[key(LiveImage{})];
+  ++seen[key(Measures{})];
+  ++seen[key(Recording{})];
+  ++seen[key(Guidance{})];
+  ++seen[key(LastView{})];
+  ++seen[key(WayBack{})];
   for (std::uint32_t i = 0; i < 3; ++i) {
     ++seen[key(AlertRecord{.id = i})];
     ImagePose pose;
@@ -282,16 +346,18 @@ TEST(Records, HaveKeysThatTellThemApart) {
     ++seen[key(TiePoints{.block = i})];
     ++seen[key(PlaneGrid{.image = i})];
     ++seen[key(PlaneColour{.image = i})];
+    ++seen[key(Mark{.id = i})];
     MosaicGrid mosaic;
     mosaic.mosaic = i;
     ++seen[key(mosaic)];
     for (std::int32_t column = -1; column < 2; ++column) {
       for (std::int32_t row = -1; row < 2; ++row) {
         ++seen[key(MosaicTile{.mosaic = i, .column = column, .row = row})];
+        if (i == 0) ++seen[key(CoverageTile{.column = column, .row = row})];
       }
     }
   }
-  EXPECT_EQ(seen.size(), 5U + 3 * (6 + 9));
+  EXPECT_EQ(seen.size(), 10U + 9 + 3 * (7 + 9));
   EXPECT_EQ(key(LiveImage{.image = 1}), key(LiveImage{.image = 2}));
 }
 

@@ -108,6 +108,56 @@ const EXPECTED: Record<string, object> = {
       { verdict: "bad", item: "disk", found: "/dives cannot be written: read-only", remedy: "check the disk" },
     ],
   },
+  measures: {
+    type: "measures",
+    measures: [
+      { quantity: "altitude", value: 1.5, low: 1, high: 3 },
+      { quantity: "overlap", value: 0.75, low: 0.6, high: null },
+      { quantity: "utc", value: 1795996800.5, low: null, high: null },
+    ],
+  },
+  recording: {
+    type: "recording",
+    phase: "recording",
+    controllable: true,
+    saved: 120,
+    began: 3.5,
+    name: "dive-0007",
+    controller: "Anna",
+  },
+  coverage_tile: { type: "coverage_tile", column: -1, row: 2, cell: 0.05, png: PNG },
+  guidance: {
+    type: "guidance",
+    area: 50,
+    covered: 12.5,
+    lane: 1,
+    offLane: -0.25,
+    plan: [
+      [0, 0],
+      [10, 0],
+      [10, 5],
+      [0, 5],
+    ],
+    gaps: [
+      { centre: [2.5, 1.25], area: 0.75 },
+      { centre: [8, 4], area: 3 },
+    ],
+    lanes: [
+      { from: [0, 1], to: [10, 1], covered: 0.5 },
+      { from: [10, 3], to: [0, 3], covered: 0 },
+    ],
+  },
+  mark: {
+    type: "mark",
+    id: 3,
+    time: 30,
+    image: 61,
+    position: [1.5, -2.5, 0.125],
+    removed: false,
+    note: "amphora, handle broken",
+  },
+  last_view: { type: "last_view", image: 8, time: 4, jpeg: JPEG },
+  way_back: { type: "way_back", lost: true, known: true, turn: -0.5, distance: 2.25, sigma: 0.5 },
 };
 
 describe("decode", () => {

@@ -40,6 +40,13 @@ enum class RecordType : std::uint8_t {
   live_image = 12,
   statistics = 13,
   check = 15,  // 14 is of the envelope
+  measures = 16,
+  recording = 17,
+  coverage_tile = 18,
+  guidance = 19,
+  mark = 20,
+  last_view = 21,
+  way_back = 22,
 };
 
 /// One for the run: the newest says where the dive stands.
@@ -123,6 +130,101 @@ struct Check {
   std::vector<Finding> findings{};  ///< at most 255
 };
 
+enum class Quantity : std::uint8_t {
+  altitude,        ///< distance to the ground along the optical axis, metres or survey units
+  speed,           ///< over ground, metres or survey units a second
+  overlap,         ///< share of the last image that the one before it shows
+  depth,           ///< metres
+  heading,         ///< radians from true north, clockwise
+  battery,         ///< share
+  free_space,      ///< bytes
+  recording_left,  ///< seconds until the disk is full
+  blur,            ///< px
+  brightness,      ///< share of the range
+  temperature,     ///< of the board, degrees Celsius
+  utc,             ///< seconds since 1970
+};
+
+/// What is known of the vehicle and the board by now.
+struct Measures {
+  struct Measure {
+    Quantity quantity{};
+    double value = 0;
+    std::optional<double> low{}, high{};  ///< beyond them mapping suffers
+  };
+  std::vector<Measure> measures{};  ///< at most 255, one a quantity
+};
+
+enum class Phase : std::uint8_t {
+  waiting,    ///< for a camera, a disk or somebody's word
+  recording,  ///< what is seen is kept
+  paused,     ///< the disk takes nothing: what is seen now will be missing
+  ended,
+};
+
+struct Recording {
+  Phase phase{};
+  bool controllable = false;  ///< dives can be begun and ended from a page
+  std::uint64_t saved = 0;    ///< images that are durable
+  Time began = 0;             ///< of the survey's clock
+  std::string name{};         ///< of the dive's folder
+  std::string controller{};   ///< who controls, as they call themselves; empty: nobody
+};
+
+/// How often ground was seen, north up: pixel (column, row) of tile (i, j) is the square cell at
+/// x = cell (kCells i + column), y = -cell (kCells j + row), those of its upper left corner.
+/// A pixel: images that show the cell, at most 127; 128 more where it is to be covered.
+struct CoverageTile {
+  static constexpr int kCells = 64;
+  std::int32_t column = 0, row = 0;
+  double cell = 0;  ///< side, survey units; the same for all tiles of a run
+  Bytes png{};      ///< 8-bit grey
+};
+
+/// Where to swim.
+struct Guidance {
+  struct Gap {
+    Eigen::Vector2d centre = Eigen::Vector2d::Zero();
+    double area = 0;
+  };
+  struct Lane {
+    Eigen::Vector2d from = Eigen::Vector2d::Zero(), to = Eigen::Vector2d::Zero();
+    double covered = 0;  ///< share
+  };
+  std::vector<Eigen::Vector2d> plan{};  ///< corners in turn; none: the ground swept is the area
+  double area = 0, covered = 0;  ///< to be covered, and of that covered; survey units squared
+  std::vector<Gap> gaps{};       ///< the nearest first, at most 255
+  std::vector<Lane> lanes{};     ///< in the order of the plan, at most 65535
+  std::optional<std::uint16_t> lane{};  ///< the one being swum
+  double off_lane = 0;                  ///< how far to the right of it, seen along its direction
+};
+
+/// A point somebody wants to find again.
+struct Mark {
+  std::uint64_t id = 0;
+  Time time = 0;
+  std::optional<std::uint64_t> image{};  ///< that shows it, kept as its photograph
+  Eigen::Vector3d position = Eigen::Vector3d::Zero();
+  bool removed = false;
+  std::string note{};
+};
+
+/// The last image that could be oriented, to be found again.
+struct LastView {
+  std::uint64_t image = 0;
+  Time time = 0;
+  Bytes jpeg{};
+};
+
+/// From where the vehicle is to where the last view was taken, by dead reckoning.
+struct WayBack {
+  bool lost = false;    ///< tracking is; else the rest is void
+  bool known = false;   ///< by how much and where to
+  double turn = 0;      ///< radians, clockwise from the top of the image
+  double distance = 0;  ///< survey units
+  double sigma = 0;     ///< of the distance
+};
+
 Bytes encode(const State& state);
 Bytes encode(const AlertRecord& alert);
 Bytes encode(const CameraInfo& camera);
@@ -135,6 +237,13 @@ Bytes encode(const MosaicTile& tile);
 Bytes encode(const LiveImage& image);
 Bytes encode(const Statistics& statistics);
 Bytes encode(const Check& check);
+Bytes encode(const Measures& measures);
+Bytes encode(const Recording& recording);
+Bytes encode(const CoverageTile& tile);
+Bytes encode(const Guidance& guidance);
+Bytes encode(const Mark& mark);
+Bytes encode(const LastView& view);
+Bytes encode(const WayBack& way);
 
 std::optional<State> decode_state(View record);
 std::optional<AlertRecord> decode_alert(View record);
@@ -148,6 +257,13 @@ std::optional<MosaicTile> decode_mosaic_tile(View record);
 std::optional<LiveImage> decode_live_image(View record);
 std::optional<Statistics> decode_statistics(View record);
 std::optional<Check> decode_check(View record);
+std::optional<Measures> decode_measures(View record);
+std::optional<Recording> decode_recording(View record);
+std::optional<CoverageTile> decode_coverage_tile(View record);
+std::optional<Guidance> decode_guidance(View record);
+std::optional<Mark> decode_mark(View record);
+std::optional<LastView> decode_last_view(View record);
+std::optional<WayBack> decode_way_back(View record);
 
 std::uint64_t key(const State& state);
 std::uint64_t key(const AlertRecord& alert);
@@ -161,5 +277,12 @@ std::uint64_t key(const MosaicTile& tile);
 std::uint64_t key(const LiveImage& image);
 std::uint64_t key(const Statistics& statistics);
 std::uint64_t key(const Check& check);
+std::uint64_t key(const Measures& measures);
+std::uint64_t key(const Recording& recording);
+std::uint64_t key(const CoverageTile& tile);
+std::uint64_t key(const Guidance& guidance);
+std::uint64_t key(const Mark& mark);
+std::uint64_t key(const LastView& view);
+std::uint64_t key(const WayBack& way);
 
 }  // namespace nadir::wire

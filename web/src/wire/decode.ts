@@ -3,6 +3,8 @@
 import { Malformed, Reader, require } from "./reader";
 import {
   AXES,
+  PHASES,
+  QUANTITIES,
   SCALE_SOURCES,
   TIE_POINT_BLOCK,
   TRACKING,
@@ -12,16 +14,23 @@ import {
   type CameraInfo,
   type CaughtUp,
   type Check,
+  type CoverageTile,
+  type Guidance,
+  type LastView,
   type LiveImage,
+  type Mark,
+  type Measures,
   type Mosaic,
   type MosaicTile,
   type PlaneColour,
   type PlaneGrid,
   type Pose,
+  type Recording,
   type State,
   type Statistics,
   type TiePoints,
   type Vec3,
+  type WayBack,
   type Welcome,
   type WireRecord,
 } from "./records";
@@ -55,6 +64,13 @@ const BODIES: Partial<Record<number, (from: Reader) => Body>> = {
   13: statistics,
   14: caughtUp,
   15: check,
+  16: measures,
+  17: recording,
+  18: coverageTile,
+  19: guidance,
+  20: mark,
+  21: lastView,
+  22: wayBack,
 };
 
 // Members of an object literal are evaluated in their order, which here is the order on the wire.
@@ -241,6 +257,84 @@ function check(from: Reader): Check {
     remedy: from.text(),
   }));
   return { type: "check", findings };
+}
+
+function measures(from: Reader): Measures {
+  const all = Array.from({ length: from.u8() }, () => {
+    const quantity = from.choice(QUANTITIES);
+    const hasLow = from.flag();
+    const hasHigh = from.flag();
+    const value = from.f64();
+    const low = from.f64();
+    const high = from.f64();
+    return { quantity, value, low: hasLow ? low : null, high: hasHigh ? high : null };
+  });
+  return { type: "measures", measures: all };
+}
+
+function recording(from: Reader): Recording {
+  return {
+    type: "recording",
+    phase: from.choice(PHASES),
+    controllable: from.flag(),
+    saved: from.count(),
+    began: from.time(),
+    name: from.text(),
+    controller: from.text(),
+  };
+}
+
+function coverageTile(from: Reader): CoverageTile {
+  return { type: "coverage_tile", column: from.i32(), row: from.i32(), cell: from.positive(), png: from.png() };
+}
+
+function guidance(from: Reader): Guidance {
+  const area = from.notNegative();
+  const covered = from.notNegative();
+  const onLane = from.flag();
+  const lane = from.u16();
+  const record: Guidance = {
+    type: "guidance",
+    area,
+    covered,
+    lane: onLane ? lane : null,
+    offLane: from.f64(),
+    plan: Array.from({ length: from.u8() }, () => from.vec2()),
+    gaps: Array.from({ length: from.u8() }, () => ({ centre: from.vec2(), area: from.notNegative() })),
+    lanes: Array.from({ length: from.u16() }, () => ({ from: from.vec2(), to: from.vec2(), covered: from.share() })),
+  };
+  require(!onLane || lane < record.lanes.length);
+  return record;
+}
+
+function mark(from: Reader): Mark {
+  const id = from.count();
+  const time = from.time();
+  const image = from.count();
+  return {
+    type: "mark",
+    id,
+    time,
+    image: from.flag() ? image : null,
+    position: from.vec3(),
+    removed: from.flag(),
+    note: from.text(),
+  };
+}
+
+function lastView(from: Reader): LastView {
+  return { type: "last_view", image: from.count(), time: from.time(), jpeg: from.jpeg() };
+}
+
+function wayBack(from: Reader): WayBack {
+  return {
+    type: "way_back",
+    lost: from.flag(),
+    known: from.flag(),
+    turn: from.f64(),
+    distance: from.notNegative(),
+    sigma: from.notNegative(),
+  };
 }
 
 function isUnit(vector: readonly number[] | Vec3): boolean {

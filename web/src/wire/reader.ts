@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: nadir contributors
 // SPDX-License-Identifier: Apache-2.0
-import { VERSION, HEADER_SIZE, type Vec3 } from "./records";
+import { VERSION, HEADER_SIZE, type Vec2, type Vec3 } from "./records";
 
 /** The bytes are not a record of this protocol. */
 export class Malformed extends Error {}
@@ -54,6 +54,19 @@ export class Reader {
     const value = this.f64();
     require(value > 0);
     return value;
+  }
+  notNegative(): number {
+    const value = this.f64();
+    require(value >= 0);
+    return value;
+  }
+  share(): number {
+    const value = this.notNegative();
+    require(value <= 1);
+    return value;
+  }
+  vec2(): Vec2 {
+    return [this.f64(), this.f64()];
   }
   vec3(): Vec3 {
     return [this.f64(), this.f64(), this.f64()];

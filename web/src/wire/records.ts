@@ -6,7 +6,9 @@ export const VERSION = 1;
 export const HEADER_SIZE = 16;
 export const TIE_POINT_BLOCK = 512;
 export const TILE_SIZE = 256;
+export const COVERAGE_CELLS = 64;
 
+export type Vec2 = readonly [number, number];
 export type Vec3 = readonly [number, number, number];
 
 export const TRACKING = ["waiting", "initialising", "tracking", "lost"] as const;
@@ -176,6 +178,118 @@ export interface Check {
   findings: Finding[];
 }
 
+export const QUANTITIES = [
+  "altitude",
+  "speed",
+  "overlap",
+  "depth",
+  "heading",
+  "battery",
+  "free_space",
+  "recording_left",
+  "blur",
+  "brightness",
+  "temperature",
+  "utc",
+] as const;
+export type Quantity = (typeof QUANTITIES)[number];
+
+export interface Measure {
+  quantity: Quantity;
+  value: number;
+  /** Beyond these mapping suffers. */
+  low: number | null;
+  high: number | null;
+}
+
+/** What is known of the vehicle and the board by now. */
+export interface Measures {
+  type: "measures";
+  measures: Measure[];
+}
+
+export const PHASES = ["waiting", "recording", "paused", "ended"] as const;
+export type Phase = (typeof PHASES)[number];
+
+export interface Recording {
+  type: "recording";
+  phase: Phase;
+  /** Dives can be begun and ended from here. */
+  controllable: boolean;
+  saved: number;
+  /** Seconds of the survey's clock. */
+  began: number;
+  name: string;
+  /** Empty: nobody. */
+  controller: string;
+}
+
+/** How often ground was seen, north up: COVERAGE_CELLS squared. */
+export interface CoverageTile {
+  type: "coverage_tile";
+  column: number;
+  row: number;
+  /** Side of a cell, survey units. */
+  cell: number;
+  png: Uint8Array;
+}
+
+export interface Gap {
+  centre: Vec2;
+  area: number;
+}
+
+export interface Lane {
+  from: Vec2;
+  to: Vec2;
+  /** Share. */
+  covered: number;
+}
+
+/** Where to swim. */
+export interface Guidance {
+  type: "guidance";
+  area: number;
+  covered: number;
+  /** Index of the lane being swum. */
+  lane: number | null;
+  /** How far to the right of it, seen along its direction. */
+  offLane: number;
+  plan: Vec2[];
+  /** The nearest first. */
+  gaps: Gap[];
+  lanes: Lane[];
+}
+
+/** A point somebody wants to find again. */
+export interface Mark {
+  type: "mark";
+  id: number;
+  time: number;
+  image: number | null;
+  position: Vec3;
+  removed: boolean;
+  note: string;
+}
+
+/** The last image that could be oriented. */
+export interface LastView {
+  type: "last_view";
+  image: number;
+  time: number;
+  jpeg: Uint8Array;
+}
+
+export interface WayBack {
+  type: "way_back";
+  lost: boolean;
+  known: boolean;
+  /** Radians, clockwise from the top of the image. */
+  turn: number;
+  distance: number;
+  sigma: number;
+}
+
 /** What a dive consists of, as against the conversation about it. */
 export type DiveBody =
   | State
@@ -189,7 +303,14 @@ export type DiveBody =
   | MosaicTile
   | LiveImage
   | Statistics
-  | Check;
+  | Check
+  | Measures
+  | Recording
+  | CoverageTile
+  | Guidance
+  | Mark
+  | LastView
+  | WayBack;
 
 export type Body = Welcome | CaughtUp | DiveBody;
 
