@@ -14,6 +14,7 @@ namespace {
 
 constexpr int kLiveWidth = 640;  // px; a tablet shows the live image in a corner
 constexpr int kLiveQuality = 75;
+constexpr std::size_t kMostTiePoints = 1000;
 constexpr auto kLivePeriod = std::chrono::milliseconds(100);  // machine.md: image 10 Hz
 constexpr auto kSlowLivePeriod = std::chrono::milliseconds(500);
 constexpr auto kRatePeriod = std::chrono::seconds(10);
@@ -31,6 +32,31 @@ wire::MosaicTile encoded(const Tile& tile) {
                           {}};
   if (cv::countNonZero(alpha < 255) > 0) record.mask_png = image_io::encode_png(alpha);
   return record;
+}
+
+using TiePointPlaces = std::vector<std::array<std::uint16_t, 2>>;
+const TiePointPlaces kNoTiePoints;
+
+/// Those of the window that the shot's image shows; none when it has no pose.
+TiePointPlaces tie_points_in(const Orientation& orientation, const Window& window) {
+  const Frame& frame = *orientation.shot->frame;
+  const auto pose = std::find_if(orientation.poses.begin(), orientation.poses.end(),
+                                 [&](const ImagePose& p) { return p.image == frame.image; });
+  if (pose == orientation.poses.end()) return {};
+  const Rigid3 camera_from_survey = pose->survey_from_camera.inverse();
+  const CameraModel& camera = frame.rig->left;
+  const Eigen::Vector2d size(camera.width, camera.height);
+  TiePointPlaces places;
+  for (const TiePoint& point : window.tie_points) {
+    const auto pixel = camera.project(camera_from_survey * point.x_in_survey);
+    if (!pixel) continue;
+    const Eigen::Array2d share = (*pixel + Eigen::Vector2d(0.5, 0.5)).cwiseQuotient(size);
+    if ((share < 0).any() || (share > 1).any()) continue;
+    const auto place = [](double part) { return static_cast<std::uint16_t>(65535 * part); };
+    places.push_back({place(share.x()), place(share.y())});
+    if (places.size() == kMostTiePoints) break;
+  }
+  return places;
 }
 
 wire::CameraInfo camera_info(const CameraModel& camera) {
@@ -67,13 +93,14 @@ void Publisher::send_state() {
 }
 
 void Publisher::publish(const Orientation& orientation) {
+  if (orientation.window) window_ = orientation.window;
   if (const Shot* shot = orientation.shot.get()) {
     state_.captured = shot->image + 1;
     state_.dropped += shot->dropped_before + shot->missed_before + (shot->frame ? 0 : 1);
     state_.image = shot->image;
     state_.time = shot->time;
     for (const Alert& alert : shot->alerts) publish(alert);
-    if (shot->frame) send_live_image(*shot->frame);
+    if (shot->frame) send_live_image(orientation);
   }
   for (const Alert& alert : orientation.alerts) publish(alert);
   for (const ImagePose& pose : orientation.poses) {
@@ -100,7 +127,8 @@ void Publisher::publish(const Orientation& orientation) {
   send_state();
 }
 
-void Publisher::send_live_image(const Frame& frame) {
+void Publisher::send_live_image(const Orientation& orientation) {
+  const Frame& frame = *orientation.shot->frame;
   if (!camera_sent_) send(serve::Lane::state, camera_info(frame.rig->left));
   camera_sent_ = true;
   const Clock::time_point now = Clock::now();
@@ -112,7 +140,8 @@ void Publisher::send_live_image(const Frame& frame) {
     cv::resize(frame.colour, small, {}, ratio, ratio, cv::INTER_AREA);
   }
   send(serve::Lane::live,
-       wire::LiveImage{frame.image, frame.time, image_io::encode_jpeg(small, kLiveQuality)});
+       wire::LiveImage{frame.image, frame.time, image_io::encode_jpeg(small, kLiveQuality),
+                       window_ ? tie_points_in(orientation, *window_) : kNoTiePoints});
 }
 
 void Publisher::publish(const Surface& surface) {

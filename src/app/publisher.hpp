@@ -46,7 +46,7 @@ class Publisher {
   template <class Record>
   void send(serve::Lane lane, const Record& record);
   void send_state();
-  void send_live_image(const Frame& frame);
+  void send_live_image(const Orientation& orientation);
   void send_corrected(const ImagePose& pose);
   void send_corrected(wire::PlaneGrid grid);
   void send_corrected(const wire::TiePoints& block);
@@ -69,6 +69,7 @@ class Publisher {
   std::set<std::tuple<std::uint32_t, std::int32_t, std::int32_t>> tiles_;
   std::uint64_t alerts_ = 0;
   bool camera_sent_ = false;
+  std::shared_ptr<const Window> window_;  ///< the last
   Clock::time_point live_sent_{};
   std::atomic<bool> slow_ = false;
   std::deque<std::pair<Clock::time_point, std::uint64_t>> recent_;  ///< images captured by then

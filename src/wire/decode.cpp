@@ -139,6 +139,8 @@ std::optional<ImagePose> decode_pose(View record) {
   pose.submap = from.number<std::uint32_t>();
   pose.tie_points = from.number<std::uint32_t>();
   pose.rms_px = from.finite<float>();
+  pose.sigma_position = from.finite<float>();
+  from.require(pose.sigma_position >= 0);
   pose.key_frame = from.flag();
   return from.finish(pose);
 }
@@ -230,6 +232,10 @@ std::optional<LiveImage> decode_live_image(View record) {
   image.image = from.number<std::uint64_t>();
   image.time = from.number<Time>();
   image.jpeg = jpeg(from);
+  const auto tie_points = from.number<std::uint16_t>();
+  for (int i = 0; i < tie_points && from.good(); ++i) {
+    image.tie_points.push_back(from.number<std::array<std::uint16_t, 2>>());
+  }
   return from.finish(std::move(image));
 }
 

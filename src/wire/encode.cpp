@@ -76,6 +76,7 @@ Bytes encode(const ImagePose& pose) {
     to.finite(value);
   }
   to.number(pose.submap).number(pose.tie_points).finite<float>(pose.rms_px);
+  to.finite<float>(pose.sigma_position);
   return to.flag(pose.key_frame).finish();
 }
 
@@ -129,7 +130,10 @@ Bytes encode(const MosaicTile& tile) {
 
 Bytes encode(const LiveImage& image) {
   Writer to(RecordType::live_image);
-  return to.number(image.image).number(image.time).blob(image.jpeg).finish();
+  to.number(image.image).number(image.time).blob(image.jpeg);
+  to.number(static_cast<std::uint16_t>(image.tie_points.size()));
+  for (const auto& place : image.tie_points) to.number(place);
+  return to.finish();
 }
 
 Bytes encode(const Statistics& statistics) {

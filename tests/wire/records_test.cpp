@@ -65,7 +65,8 @@ ImagePose pose_sample() {
           .survey_from_camera = {Eigen::Quaterniond(0, 1, 0, 0), {1000000.125, -2.5, 3.0625}},
           .key_frame = true,
           .tie_points = 321,
-          .rms_px = 0.5};
+          .rms_px = 0.5,
+          .sigma_position = 0.25};
 }
 
 TiePoints tie_points_sample() {
@@ -178,7 +179,9 @@ const std::map<std::string, Sample>& samples() {
       {"plane_colour", {encode(PlaneColour{42, kJpeg}), again(decode_plane_colour)}},
       {"mosaic", {encode(mosaic_sample()), again(decode_mosaic)}},
       {"mosaic_tile", {encode(tile_sample()), again(decode_mosaic_tile)}},
-      {"live_image", {encode(LiveImage{9, from_seconds(4.5), kJpeg}), again(decode_live_image)}},
+      {"live_image",
+       {encode(LiveImage{9, from_seconds(4.5), kJpeg, {{0, 65535}, {32768, 7}}}),
+        again(decode_live_image)}},
       {"statistics", {encode(statistics_sample()), again(decode_statistics)}},
       {"check", {encode(check_sample()), again(decode_check)}},
       {"measures", {encode(measures_sample()), again(decode_measures)}},

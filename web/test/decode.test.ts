@@ -53,6 +53,7 @@ const EXPECTED: Record<string, object> = {
     submap: 1,
     tiePoints: 321,
     rms: 0.5,
+    sigma: 0.25,
     keyFrame: true,
   },
   tie_points: {
@@ -84,7 +85,7 @@ const EXPECTED: Record<string, object> = {
     offset: -3.5,
   },
   mosaic_tile: { type: "mosaic_tile", mosaic: 1, column: -2, row: 3, jpeg: JPEG, mask: PNG },
-  live_image: { type: "live_image", image: 9, time: 4.5, jpeg: JPEG },
+  live_image: { type: "live_image", image: 9, time: 4.5, jpeg: JPEG, tiePoints: new Uint16Array([0, 65535, 32768, 7]) },
   statistics: {
     type: "statistics",
     stages: [

@@ -18,6 +18,7 @@ const POSE: Pose = {
   submap: 0,
   tiePoints: 9,
   rms: 0.5,
+  sigma: 0,
   keyFrame: true,
 };
 

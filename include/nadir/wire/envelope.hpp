@@ -14,7 +14,7 @@ namespace nadir::wire {
 using Bytes = std::vector<std::uint8_t>;
 
 /// Raised when a record changes its meaning; a viewer of another version is refused by name.
-constexpr std::uint8_t kVersion = 1;
+constexpr std::uint8_t kVersion = 2;
 
 /// One WebSocket message is one record. Little-endian:
 /// u8 type, u8 version, u16 zero, u32 zero, u64 sequence, then the body.

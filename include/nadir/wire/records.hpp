@@ -119,6 +119,8 @@ struct LiveImage {
   std::uint64_t image = 0;
   Time time = 0;
   Bytes jpeg{};
+  /// Where tie points are seen in it: x, y in 65535ths of its width and height; at most 65535.
+  std::vector<std::array<std::uint16_t, 2>> tie_points{};
 };
 
 struct Statistics {

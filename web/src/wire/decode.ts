@@ -148,6 +148,7 @@ function pose(from: Reader): Pose {
     submap: from.u32(),
     tiePoints: from.u32(),
     rms: from.f32(),
+    sigma: from.f32(),
     keyFrame: from.flag(),
   };
   require(isUnit(record.rotation));
@@ -232,7 +233,11 @@ function none(from: Reader): null {
 }
 
 function liveImage(from: Reader): LiveImage {
-  return { type: "live_image", image: from.count(), time: from.time(), jpeg: from.jpeg() };
+  return { type: "live_image", image: from.count(), time: from.time(), jpeg: from.jpeg(), tiePoints: pairs(from) };
+}
+
+function pairs(from: Reader): Uint16Array {
+  return Uint16Array.from({ length: 2 * from.u16() }, () => from.u16());
 }
 
 function statistics(from: Reader): Statistics {

@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // The records of the browser protocol; include/nadir/wire/README.md is their written form.
 
-export const VERSION = 1;
+export const VERSION = 2;
 export const HEADER_SIZE = 16;
 export const TIE_POINT_BLOCK = 512;
 export const TILE_SIZE = 256;
@@ -87,6 +87,8 @@ export interface Pose {
   submap: number;
   tiePoints: number;
   rms: number;
+  /** Of the position, relative to the key frame before: root of the sum of three variances; 0: unknown. */
+  sigma: number;
   keyFrame: boolean;
 }
 
@@ -145,6 +147,8 @@ export interface LiveImage {
   image: number;
   time: number;
   jpeg: Uint8Array;
+  /** 2 n: x y of tie points, in 65535ths of the width and height. */
+  tiePoints: Uint16Array;
 }
 
 export interface StageStats {
