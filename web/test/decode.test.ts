@@ -3,6 +3,7 @@
 import { readdirSync } from "node:fs";
 import { describe, expect, it } from "vitest";
 import { decode } from "../src/wire/decode";
+import { VERSION } from "../src/wire/records";
 import { golden, GOLDEN } from "./golden";
 
 const JPEG = new Uint8Array([0xff, 0xd8, 0xff, 0xe0, 1, 2, 3, 0xff, 0xd9]);
@@ -197,7 +198,7 @@ describe("decode", () => {
 
   it("refuses another version and an unknown type", () => {
     for (const [at, value] of [
-      [1, 2],
+      [1, VERSION + 1],
       [0, 99],
     ] as const) {
       const bytes = golden("pose");
