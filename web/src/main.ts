@@ -1,102 +1,194 @@
 // SPDX-FileCopyrightText: nadir contributors
 // SPDX-License-Identifier: Apache-2.0
 import "./style.css";
+import { Api } from "./api";
 import { Link, type LinkState } from "./link";
 import { Alerts } from "./ui/alerts";
+import { Control } from "./ui/control";
+import { Dives } from "./ui/dives";
 import { byId } from "./ui/dom";
 import { Equipment } from "./ui/equipment";
-import { LivePicture } from "./ui/live";
+import { Gauges } from "./ui/gauges";
+import { Guide } from "./ui/guide";
+import { Hands } from "./ui/hands";
+import { Marks } from "./ui/marks";
+import { handSheet, Menu } from "./ui/menu";
+import { Picture } from "./ui/picture";
+import { Pins } from "./ui/pins";
+import { Rail, type Stage } from "./ui/rail";
 import { ScaleBar } from "./ui/scale_bar";
-import { CountStrip, LinkChip, StatusCard } from "./ui/status";
+import { layerSwitches, System } from "./ui/sheets";
 import { S } from "./ui/strings";
-import { Tools } from "./ui/tools";
+import { Themes } from "./ui/theme";
 import { View } from "./view/view";
 import type { DiveRecord, State } from "./wire/records";
 
 let state: State | null = null;
 let linkState: LinkState = "connecting";
 let undecodable = 0;
+/** Where the viewer was before the picture took the screen because tracking was lost. */
+let stageBeforeLoss: Stage | null = null;
 
+const themes = new Themes();
+const api = new Api();
 const view = openView();
-const status = new StatusCard();
-const chip = new LinkChip();
-const counts = new CountStrip();
+const gauges = new Gauges();
+const guide = new Guide();
 const scaleBar = new ScaleBar();
-const alerts = new Alerts();
 const equipment = new Equipment();
-const tools = new Tools(view, alerts, equipment);
-const live = new LivePicture(() => ++undecodable);
+const alerts = new Alerts();
+const picture = new Picture(() => ++undecodable);
+const system = new System(view, equipment);
+const pins = new Pins((at) => view?.screenOf(...at) ?? null);
+const hands = view === null ? null : new Hands(view, pins);
+const rail: Rail = new Rail(view, {
+  hand: () => handSheet(hands, marks, view, () => { rail.close(); }),
+  layers: () => layerSwitches(view, picture, rail.stage, () => { rail.refresh("layers"); }),
+  alerts: () => alerts.list(),
+  menu: () => menu.sheet(),
+});
+const marks = new Marks(api, pins, rail);
+const menu = new Menu({ rail, themes, alerts, system, api, control: new Control(api, rail), dives: new Dives(api, rail) });
 
 const link = new Link(feedAddress(), {
   record: receive,
-  newFeed: () => {
-    state = null;
-    link.mayBeSilent = false;
-    view?.clear();
-    alerts.clear();
-    equipment.clear();
-    tools.showAlerts();
-    tools.showEquipment();
-  },
+  newFeed: forget,
   state: (now) => {
     linkState = now;
-    chip.show(now);
+    gauges.setLink(now);
   },
 });
-tools.ignored = () => link.ignored + undecodable;
+wire();
 link.connect();
 
-addEventListener("online", () => {
-  link.hurry();
-});
-document.addEventListener("visibilitychange", () => {
-  if (!document.hidden) link.hurry();
-});
+function wire(): void {
+  system.ignored = () => link.ignored + undecodable;
+  rail.onStage = showStage;
+  showStage(rail.stage);
+  picture.onOpen = () => { rail.setStage("picture"); };
+  alerts.onChange = () => {
+    rail.setBubble("alerts", alerts.openCount);
+    rail.refresh("alerts");
+  };
+  if (hands !== null) hands.onMark = (point, image) => { marks.begin(point, image); };
+  themes.onChange = () => { view?.setBackground(groundColour()); };
+  view?.setBackground(groundColour());
+  addEventListener("online", () => { link.hurry(); });
+  document.addEventListener("visibilitychange", () => {
+    if (!document.hidden) link.hurry();
+  });
+}
+
+function showStage(stage: Stage): void {
+  picture.isLarge = stage === "picture";
+}
+
+function groundColour(): string {
+  return getComputedStyle(document.documentElement).getPropertyValue("--ground").trim();
+}
 
 function openView(): View | null {
   const canvas = byId("canvas") as HTMLCanvasElement;
   canvas.setAttribute("aria-label", S.canvas);
+  canvas.setAttribute("role", "img");
   try {
     const opened = new View(canvas);
     opened.onDrawn = () => {
-      counts.show(opened.counts);
+      pins.place();
       if (opened.eye.look === "map") scaleBar.show(opened.eye.unitsPerPixel);
     };
     return opened;
   } catch {
-    canvas.replaceWith(Object.assign(document.createElement("p"), { className: "no3d", textContent: S.no3d }));
+    canvas.replaceWith(Object.assign(document.createElement("p"), { id: "canvas", className: "no3d", textContent: S.no3d }));
     return null;
   }
 }
 
+/** The live feed, or that of the recorded dive the address names. */
 function feedAddress(): string {
   const address = new URL("feed", location.href);
   address.protocol = location.protocol === "https:" ? "wss:" : "ws:";
+  const dive = new URLSearchParams(location.search).get("dive");
+  if (dive !== null) address.searchParams.set("dive", dive);
   return address.href;
 }
 
+/** The server is another run of itself. */
+function forget(): void {
+  state = null;
+  link.mayBeSilent = false;
+  for (const part of [view, gauges, guide, alerts, equipment, picture, system, marks, menu]) part?.clear();
+  pins.set("gap", []);
+  rail.setBubble("menu", 0);
+}
+
 function receive(record: DiveRecord): void {
-  if (record.type === "state") {
-    state = record;
-    link.mayBeSilent = record.finished;
-    status.show(record);
-    scaleBar.setState(record);
-  } else if (record.type === "alert") {
-    alerts.add(record, link.isCurrent);
-    tools.showAlerts();
-  } else if (record.type === "live_image") {
-    live.show(record);
-  } else if (record.type === "statistics") {
-    tools.showStatistics(record);
-  } else if (record.type === "check") {
-    equipment.show(record);
-    tools.showEquipment();
+  switch (record.type) {
+    case "state":
+      showState(record);
+      break;
+    case "alert":
+      alerts.add(record, link.isCurrent);
+      break;
+    case "live_image":
+      picture.show(record);
+      break;
+    case "statistics":
+      system.setStatistics(record);
+      rail.refreshPage(S.menu.system);
+      break;
+    case "check":
+      equipment.show(record);
+      rail.setBubble("menu", equipment.faults);
+      rail.refreshPage(S.menu.system);
+      break;
+    case "measures":
+      gauges.setMeasures(record);
+      picture.setMeasures(record);
+      break;
+    case "recording":
+      gauges.setRecording(record);
+      menu.setRecording(record);
+      break;
+    case "guidance":
+      guide.setGuidance(record);
+      break;
+    case "mark":
+      marks.set(record);
+      break;
+    case "last_view":
+      picture.setLastView(record);
+      break;
+    case "way_back":
+      picture.setWayBack(record);
+      showLoss(record.lost);
+      break;
+    default:
+      break;
   }
   view?.show(record).catch(() => ++undecodable);
+  if (record.type === "pose") guide.setVehicle(view?.vehicle ?? record);
+}
+
+function showState(record: State): void {
+  state = record;
+  link.mayBeSilent = record.finished;
+  for (const part of [gauges, guide, scaleBar, system, hands]) part?.setState(record);
+}
+
+/** A lost diver sees what the camera sees and the view to be found again, and then what was on the screen before. */
+function showLoss(lost: boolean): void {
+  if (lost && stageBeforeLoss === null) {
+    stageBeforeLoss = rail.stage;
+    rail.setStage("picture");
+  } else if (!lost && stageBeforeLoss !== null) {
+    if (rail.stage === "picture") rail.setStage(stageBeforeLoss);
+    stageBeforeLoss = null;
+  }
 }
 
 /** The page's automation interface: what a test, or a curious surveyor at the console, may ask. Coordinates are
- *  survey coordinates; positions CSS pixels from the canvas's upper left corner. */
+ *  survey coordinates; positions CSS pixels of the page. */
 const automation = {
   /** What the scene holds: cameras, tiePoints, planes, mosaicTiles. */
   get counts() {
@@ -120,12 +212,16 @@ const automation = {
   },
   /** Where an image was taken from; null when it has no camera. */
   placeOf: (image: number) => view?.placeOf(image) ?? null,
-  /** Where a survey point is on the canvas; null behind the eye. */
-  screenOf: (x: number, y: number, z: number) => view?.screenOf(x, y, z) ?? null,
+  /** Where a survey point is on the page; null behind the eye. */
+  screenOf: (x: number, y: number, z: number) => {
+    const at = view?.screenOf(x, y, z) ?? null;
+    const box = byId("canvas").getBoundingClientRect();
+    return at === null ? null : { x: at.x + box.left, y: at.y + box.top };
+  },
   /** Goes to the map and shows the whole of a mosaic; false when it has no tiles. */
   fitMosaic: (mosaic = 0) => {
     const shown = view?.fitMosaic(mosaic) ?? false;
-    if (shown) tools.setLook("map");
+    if (shown) rail.setStage("map");
     return shown;
   },
 };

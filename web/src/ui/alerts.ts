@@ -1,13 +1,14 @@
 // SPDX-FileCopyrightText: nadir contributors
 // SPDX-License-Identifier: Apache-2.0
 import type { Alert } from "../wire/records";
-import { byId, el, icon, type Icon } from "./dom";
+import { byId, el, icon, say, type Icon } from "./dom";
+import { recall, remember } from "./memory";
 import { clock, S } from "./strings";
 
-type Level = "bad" | "warning" | "good" | "note";
+export type AlertLevel = "bad" | "warning" | "good" | "note";
 
 /** Kinds not named here are warnings. */
-const LEVELS: Partial<Record<string, Level>> = {
+const LEVELS: Partial<Record<string, AlertLevel>> = {
   tracking_lost: "bad",
   camera_lost: "bad",
   storage: "bad",
@@ -18,29 +19,78 @@ const LEVELS: Partial<Record<string, Level>> = {
   mosaic_restarted: "note",
   not_planar: "note",
 };
-const ICONS: Record<Level, Icon> = { bad: "warning", warning: "warning", good: "check", note: "info" };
-const SHOWN_SECONDS: Record<Level, number> = { bad: 60, warning: 20, good: 8, note: 8 };
-const SHOWN_AT_ONCE = 2;
+/** What an alert ends: it folds away those that are over. */
+const RESOLVES: Partial<Record<string, readonly string[]>> = {
+  tracking_recovered: ["tracking_lost"],
+  submap_started: ["tracking_lost"],
+  submap_joined: ["tracking_lost", "submap_started"],
+  camera_back: ["camera_lost"],
+};
+const ICONS: Record<AlertLevel, Icon> = { bad: "warning", warning: "warning", good: "check", note: "info" };
+/** A bad one stays until it is acknowledged or over. */
+const SHOWN_SECONDS: Record<AlertLevel, number> = { bad: Infinity, warning: 30, good: 8, note: 8 };
+/** Tones in Hz, each a sixth of a second, and the same as vibration. */
+const CRIES: Record<AlertLevel, readonly number[]> = { bad: [880, 660, 880, 660], warning: [660, 660], good: [523, 784], note: [] };
+const TONE_SECONDS = 1 / 6;
 
-/** New alerts appear for a while; all stay in the list. */
+/** New alerts cry and stand across the screen, the gravest and newest one in full; all stay in the list. */
 export class Alerts {
+  /** Told when what is shown or listed has changed. */
+  onChange: () => void = () => undefined;
   private readonly stack = byId("alerts");
   private all = new Map<number, Alert>();
+  private open: Alert[] = [];
+  private audio: AudioContext | null = null;
+  private loud = recall("sound") !== "off";
+
+  constructor() {
+    // A browser lets a page sound only once it was touched.
+    addEventListener("pointerdown", () => { this.wakeAudio(); }, { once: true });
+  }
 
   get count(): number {
     return this.all.size;
+  }
+
+  /** Alerts neither acknowledged nor over. */
+  get openCount(): number {
+    return this.open.length;
+  }
+
+  get sounds(): boolean {
+    return this.loud;
+  }
+
+  set sounds(loud: boolean) {
+    this.loud = loud;
+    remember("sound", loud ? null : "off");
+    if (loud) this.cry("good");
   }
 
   /** What is not news, sent to a viewer that came late, goes to the list without a cry. */
   add(alert: Alert, isNews: boolean): void {
     const known = this.all.has(alert.id);
     this.all.set(alert.id, alert);
-    if (!known && isNews) this.cry(alert);
+    const over = RESOLVES[alert.kind] ?? [];
+    this.open = this.open.filter(({ kind }) => !over.includes(kind));
+    if (!known && isNews) {
+      this.open = this.open.filter(({ kind }) => kind !== alert.kind);
+      this.open.push(alert);
+      const level = levelOf(alert);
+      this.cry(level);
+      if (SHOWN_SECONDS[level] < Infinity) {
+        setTimeout(() => {
+          this.fold(alert.id);
+        }, 1000 * SHOWN_SECONDS[level]);
+      }
+    }
+    this.refresh();
   }
 
   clear(): void {
     this.all = new Map();
-    this.stack.replaceChildren();
+    this.open = [];
+    this.refresh();
   }
 
   list(): HTMLElement {
@@ -49,24 +99,66 @@ export class Alerts {
     return el("ol", "alert-list", ...newestFirst.map((alert) => el("li", "", card(alert))));
   }
 
-  private cry(alert: Alert): void {
+  private fold(id: number): void {
+    const before = this.open.length;
+    this.open = this.open.filter((alert) => alert.id !== id);
+    if (this.open.length !== before) this.refresh();
+  }
+
+  private refresh(): void {
+    const order: readonly AlertLevel[] = ["note", "good", "warning", "bad"];
+    const gravest = [...this.open].sort((one, other) => order.indexOf(levelOf(other)) - order.indexOf(levelOf(one)) || other.id - one.id)[0];
+    const shownId = gravest === undefined ? "" : String(gravest.id);
+    if (this.stack.dataset["shown"] !== shownId) {
+      this.stack.dataset["shown"] = shownId;
+      this.stack.replaceChildren(...(gravest === undefined ? [] : [this.banner(gravest)]));
+    }
+    const more = this.stack.querySelector(".more");
+    if (more instanceof HTMLElement) say(more, this.open.length > 1 ? S.alerts.more(this.open.length - 1) : "");
+    this.onChange();
+  }
+
+  private banner(alert: Alert): HTMLElement {
     const shown = card(alert);
-    const close = el("button", "dismiss", icon("cross"));
-    close.type = "button";
-    close.setAttribute("aria-label", S.alerts.dismiss);
-    close.addEventListener("click", () => {
-      shown.remove();
+    const seen = el("button", "seen", icon("check"), el("span", "label", S.alerts.acknowledge));
+    seen.type = "button";
+    seen.addEventListener("click", () => {
+      this.fold(alert.id);
     });
-    shown.append(close);
-    this.stack.prepend(shown);
-    while (this.stack.children.length > SHOWN_AT_ONCE) this.stack.lastElementChild?.remove();
-    setTimeout(() => {
-      shown.remove();
-    }, 1000 * SHOWN_SECONDS[levelOf(alert)]);
+    shown.append(el("span", "more", ""), seen);
+    return shown;
+  }
+
+  private cry(level: AlertLevel): void {
+    const tones = CRIES[level];
+    if (!this.loud || tones.length === 0) return;
+    const pulse = 1000 * TONE_SECONDS;
+    if (navigator.userActivation.hasBeenActive) navigator.vibrate(tones.flatMap(() => [pulse, pulse / 3]));
+    this.wakeAudio();
+    if (this.audio?.state !== "running") return;
+    const loudness = this.audio.createGain();
+    loudness.gain.value = 0.4;
+    loudness.connect(this.audio.destination);
+    tones.forEach((tone, i) => {
+      const { audio } = this;
+      if (audio === null) return;
+      const sound = audio.createOscillator();
+      sound.type = "square";
+      sound.frequency.value = tone;
+      sound.connect(loudness);
+      sound.start(audio.currentTime + i * 1.2 * TONE_SECONDS);
+      sound.stop(audio.currentTime + (1.2 * i + 1) * TONE_SECONDS);
+    });
+  }
+
+  private wakeAudio(): void {
+    if (!navigator.userActivation.hasBeenActive) return;
+    this.audio ??= new AudioContext();
+    if (this.audio.state === "suspended") void this.audio.resume();
   }
 }
 
-function levelOf(alert: Alert): Level {
+export function levelOf(alert: Alert): AlertLevel {
   return LEVELS[alert.kind] ?? "warning";
 }
 

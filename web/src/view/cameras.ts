@@ -47,6 +47,8 @@ export class Cameras {
   readonly vehicle: Mesh<BufferGeometry, MeshBasicMaterial>;
   readonly poses = new Map<number, Pose>();
   newest: Pose | null = null;
+  /** Of the undistorted images, px; 0 while unknown. */
+  focalLength = 0;
   private slots = new Map<number, number>();
   private pathIsStale = false;
   private readonly frusta: LineSegments<InstancedBufferGeometry, ShaderMaterial>;
@@ -73,8 +75,8 @@ export class Cameras {
     this.frusta.geometry.instanceCount = 0;
     this.setShape({ type: "camera", width: 4, height: 3, fx: 4, fy: 4, cx: 1.5, cy: 1 });
     this.attach();
-    this.vehicle = new Mesh(arrow(), new MeshBasicMaterial({ side: DoubleSide, depthTest: false }));
-    const rim = new Mesh(arrow(), new MeshBasicMaterial({ color: 0, side: DoubleSide, depthTest: false }));
+    this.vehicle = new Mesh(arrow(), new MeshBasicMaterial({ side: DoubleSide, depthTest: false, transparent: true }));
+    const rim = new Mesh(arrow(), new MeshBasicMaterial({ color: 0, side: DoubleSide, depthTest: false, transparent: true }));
     rim.scale.setScalar(1.3);
     rim.renderOrder = 9;
     rim.frustumCulled = false;
@@ -89,7 +91,12 @@ export class Cameras {
     return this.poses.size;
   }
 
-  setShape(camera: CameraInfo): void {
+  setCamera(camera: CameraInfo): void {
+    this.focalLength = (camera.fx + camera.fy) / 2;
+    this.setShape(camera);
+  }
+
+  private setShape(camera: CameraInfo): void {
     this.frusta.geometry.setAttribute("position", new Float32BufferAttribute(pyramid(camera), 3));
   }
 

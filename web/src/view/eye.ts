@@ -99,6 +99,15 @@ export class Eye {
     this.put(this.controls.target, span);
   }
 
+  /** Turns the perspective view straight down, north up. */
+  lookDown(): void {
+    const { target } = this.controls;
+    const distance = this.perspective.position.distanceTo(target);
+    // Not quite straight, or which way is up on the screen would be undefined.
+    this.perspective.position.copy(target).add(new Vector3(0, -1e-4 * distance, distance));
+    this.put(target, this.span);
+  }
+
   zoomTo(span: number): void {
     this.put(this.controls.target, span);
   }

@@ -13,6 +13,7 @@ import {
 } from "three";
 import { TILE_SIZE, type Mosaic, type MosaicTile, type Vec3 } from "../wire/records";
 import { decodeImage, pixels } from "./images";
+import type { Ray } from "./ground";
 import type { Origin } from "./origin";
 
 interface Tile {
@@ -58,6 +59,22 @@ export class Mosaics {
       if (grid === undefined || tile.mesh === null || (mosaic ?? tile.mosaic) !== tile.mosaic) continue;
       yield* tileCorners(grid, tile.column, tile.row);
     }
+  }
+
+  /** Where the ray meets a mosaic's tile, the newest mosaic first; null where there is none. */
+  meet({ from, direction }: Ray): Vec3 | null {
+    for (const grid of [...this.grids.values()].sort((one, other) => other.mosaic - one.mosaic)) {
+      const along = (grid.offset - dot(grid.normal, from)) / dot(grid.normal, direction);
+      if (!(along > 0)) continue;
+      const at = (k: 0 | 1 | 2) => from[k] + along * direction[k];
+      const { a, d, b, e, c, f } = grid.world;
+      const determinant = a * e - b * d;
+      const [x, y] = [at(0) - c, at(1) - f];
+      const column = Math.floor(((e * x - b * y) / determinant + 0.5) / TILE_SIZE);
+      const row = Math.floor(((a * y - d * x) / determinant + 0.5) / TILE_SIZE);
+      if (this.tiles.get(`${grid.mosaic}/${column}/${row}`)?.mesh) return [at(0), at(1), at(2)];
+    }
+    return null;
   }
 
   clear(): void {
@@ -115,6 +132,10 @@ export function tileCorners(grid: Mosaic, column: number, row: number): Vec3[] {
       return [x, y, (grid.offset - nx * x - ny * y) / nz];
     }),
   );
+}
+
+function dot(one: Vec3, other: Vec3): number {
+  return one[0] * other[0] + one[1] * other[1] + one[2] * other[2];
 }
 
 function newMesh(mosaic: number): Mesh<BufferGeometry, MeshBasicMaterial> {

@@ -1,12 +1,15 @@
 // SPDX-FileCopyrightText: nadir contributors
 // SPDX-License-Identifier: Apache-2.0
-import { Box3, Color, ColorManagement, LinearSRGBColorSpace, Scene, Vector3, WebGLRenderer } from "three";
-import type { DiveRecord, Vec3 } from "../wire/records";
+import { Box3, Color, ColorManagement, LinearSRGBColorSpace, Raycaster, Scene, Vector2, Vector3, WebGLRenderer } from "three";
+import type { DiveRecord, Pose, Vec3 } from "../wire/records";
 import { Cameras, forward } from "./cameras";
+import { Coverage } from "./coverage";
 import { Eye, type Look, type Margins } from "./eye";
+import { Ground, type Ray, type Sight } from "./ground";
 import { Mosaics } from "./mosaics";
 import { Origin } from "./origin";
 import { Planes, pointOf, type PlaneStyle } from "./planes";
+import { Strokes } from "./strokes";
 import { TiePointCloud } from "./tie_points";
 
 // Pictures reach the screen as they are: nothing is converted on the way in or out.
@@ -17,6 +20,15 @@ export interface Layers {
   planes: PlaneStyle | "off";
   tiePoints: boolean;
   cameras: boolean;
+  coverage: boolean;
+  plan: boolean;
+}
+
+/** What lies under a finger. */
+export interface Pick {
+  point: Vec3;
+  /** Images that show it, the nearest camera first. */
+  sights: Sight[];
 }
 
 export interface Counts {
@@ -30,31 +42,41 @@ export interface Counts {
 export type Framing = "all" | "follow" | "free";
 
 const BACKGROUND = 0x0b1418;
-const VEHICLE_PX = 34;
-/** Where style.css puts the page's cards. */
-const LANDSCAPE: Margins = { left: 388, top: 16, right: 104, bottom: 96 };
-const PORTRAIT: Margins = { left: 16, top: 190, right: 104, bottom: 100 };
+const VEHICLE_PX = 44;
+/** Where style.css puts the cards over the map. */
+const LANDSCAPE: Margins = { left: 24, top: 24, right: 24, bottom: 120 };
+const PORTRAIT: Margins = { left: 24, top: 24, right: 24, bottom: 220 };
+/** What a finger in a glove may move and still have tapped. */
+const TAP_PX = 24;
+const TAP_MS = 600;
 
 /** The dive in three dimensions. Draws only when something has changed. */
 export class View {
   readonly layers: Record<Look, Layers> = {
-    scene: { mosaic: true, planes: "quads", tiePoints: true, cameras: true },
-    map: { mosaic: true, planes: "off", tiePoints: false, cameras: true },
+    scene: { mosaic: true, planes: "quads", tiePoints: true, cameras: true, coverage: false, plan: false },
+    map: { mosaic: true, planes: "off", tiePoints: false, cameras: true, coverage: true, plan: true },
   };
   /** Told when the viewer's own hand ended a framing. */
   onFraming: (framing: Framing) => void = () => undefined;
   /** Told after each picture drawn. */
   onDrawn: () => void = () => undefined;
+  /** Told where the map was tapped, CSS px from the canvas's upper left corner. */
+  onTap: (x: number, y: number) => void = () => undefined;
   readonly eye: Eye;
   private readonly origin = new Origin();
   private readonly mosaics = new Mosaics(this.origin);
   private readonly planes = new Planes(this.origin);
   private readonly tiePoints = new TiePointCloud(this.origin);
   private readonly cameras = new Cameras(this.origin);
+  private readonly coverage = new Coverage(this.origin);
+  private readonly strokes = new Strokes(this.origin);
+  private readonly ground = new Ground();
   private readonly scene = new Scene();
   private readonly renderer: WebGLRenderer;
   /** Distance from the camera to the ground of late, metres. */
   private range = 0;
+  /** Survey height of the ground of late. */
+  private groundHeight: number | null = null;
   private bounds = new Box3();
   private framing: Framing = "all";
   private asked = false;
@@ -71,7 +93,12 @@ export class View {
       this.tiePoints.object,
       this.cameras.object,
       this.cameras.vehicle,
+      this.coverage.object,
+      this.strokes.plan,
+      this.strokes.tools,
     );
+    this.listenForTaps();
+    this.applyLayersOf("scene");
     this.eye = new Eye(canvas);
     this.eye.onMoved = (how) => {
       if (how === "panned" || (how === "zoomed" && this.framing === "all")) this.setFraming("free");
@@ -96,10 +123,11 @@ export class View {
   async show(record: DiveRecord): Promise<void> {
     switch (record.type) {
       case "camera":
-        this.cameras.setShape(record);
+        this.cameras.setCamera(record);
         break;
       case "pose":
         this.cameras.setPose(record);
+        if (this.cameras.newest !== null) this.strokes.setVehicle(this.cameras.newest.position);
         this.include(record.position);
         this.include(reach(record.position, forward(record), this.range));
         break;
@@ -108,6 +136,7 @@ export class View {
         break;
       case "plane_grid": {
         this.planes.setGrid(record);
+        this.ground.set(record);
         const centre = pointOf(record, record.columns / 2, record.rows / 2);
         if (centre !== null) this.measureRange(record.camera, centre);
         break;
@@ -121,6 +150,12 @@ export class View {
       case "mosaic_tile":
         await this.mosaics.setTile(record);
         break;
+      case "coverage_tile":
+        await this.coverage.setTile(record);
+        break;
+      case "guidance":
+        this.strokes.setGuidance(record, this.groundHeight ?? 0);
+        break;
       case "state":
         this.cameras.setLost(record.tracking === "lost" && !record.finished);
         break;
@@ -131,10 +166,11 @@ export class View {
   }
 
   clear(): void {
-    for (const part of [this.mosaics, this.planes, this.tiePoints, this.cameras]) part.clear();
+    for (const part of [this.mosaics, this.planes, this.tiePoints, this.cameras, this.coverage, this.strokes, this.ground]) part.clear();
     this.origin.forget();
     this.bounds = new Box3();
     this.range = 0;
+    this.groundHeight = null;
     this.draw();
   }
 
@@ -151,14 +187,90 @@ export class View {
   }
 
   applyLayers(): void {
-    const layers = this.layers[this.eye.look];
+    this.applyLayersOf(this.eye.look);
+    this.draw();
+  }
+
+  private applyLayersOf(look: Look): void {
+    const layers = this.layers[look];
     this.mosaics.object.visible = layers.mosaic;
     this.planes.object.visible = layers.planes !== "off";
     if (layers.planes !== "off") this.planes.setStyle(layers.planes);
     this.tiePoints.object.visible = layers.tiePoints;
     this.cameras.object.visible = this.cameras.vehicle.visible = layers.cameras;
-    this.cameras.setPyramids(this.eye.look === "scene");
+    this.cameras.setPyramids(look === "scene");
+    this.coverage.object.visible = layers.coverage;
+    this.strokes.plan.visible = layers.plan;
+  }
+
+  /** Looks straight down on what is in sight. */
+  lookDown(): void {
+    this.eye.lookDown();
     this.draw();
+  }
+
+  setBackground(colour: string): void {
+    (this.scene.background as Color).setStyle(colour);
+    this.draw();
+  }
+
+  setRuler(ends: readonly Vec3[]): void {
+    this.strokes.setRuler(ends);
+    this.draw();
+  }
+
+  /** The ground at a place of the canvas, CSS px from its upper left corner; null where there is none. */
+  pick(x: number, y: number): Pick | null {
+    const ray = this.rayThrough(x, y);
+    const sights = this.ground.sights(ray);
+    if (sights.length === 0) {
+      const point = this.mosaics.meet(ray);
+      return point === null ? null : { point, sights };
+    }
+    const first = sights.reduce((one, other) => (other.along < one.along ? other : one));
+    sights.sort((one, other) => one.distance - other.distance);
+    const best = this.eye.look === "map" ? sights[0] : first;
+    return { point: (best ?? first).point, sights };
+  }
+
+  /** What the canvas shows, as a PNG file. */
+  async screenshot(): Promise<Blob | null> {
+    this.renderer.render(this.scene, this.eye.camera);
+    return new Promise((resolve) => {
+      this.canvas.toBlob(resolve, "image/png");
+    });
+  }
+
+  /** Pose of the newest image that has one. */
+  get vehicle() {
+    return this.cameras.newest;
+  }
+
+  /** The ground that a camera looks at. */
+  below(pose: Pose): Vec3 {
+    const direction = forward(pose);
+    const sights = this.ground.sights({ from: pose.position, direction });
+    const first = sights.sort((one, other) => one.along - other.along)[0];
+    return first?.point ?? reach(pose.position, direction, this.range);
+  }
+
+  poseOf(image: number) {
+    return this.cameras.poses.get(image) ?? null;
+  }
+
+  /** Key frames between two images, sub-maps apart: their poses' uncertainties add up. */
+  sigmaBetween(one: number, other: number): number {
+    const [from, to] = one < other ? [one, other] : [other, one];
+    let variance = 0;
+    for (const pose of this.cameras.poses.values()) {
+      if (pose.image > from && pose.image <= to && (pose.keyFrame || pose.image === to)) variance += pose.sigma ** 2;
+    }
+    return Math.sqrt(variance);
+  }
+
+  /** Survey units that a pixel of the mapped images covers at a distance; 0 while the camera is not known. */
+  pixelAt(distance: number): number {
+    return this.cameras.focalLength > 0 ? distance / this.cameras.focalLength : 0;
   }
 
   /** Shows the whole of one mosaic from above. False: it has no tiles yet. */
@@ -217,6 +329,29 @@ export class View {
     return false;
   }
 
+  private rayThrough(x: number, y: number): Ray {
+    const { clientWidth: width, clientHeight: height } = this.canvas;
+    const caster = new Raycaster();
+    caster.setFromCamera(new Vector2((2 * x) / width - 1, 1 - (2 * y) / height), this.eye.camera);
+    const { origin, direction } = caster.ray;
+    const at = this.origin.point;
+    return { from: [origin.x + at[0], origin.y + at[1], origin.z + at[2]], direction: [direction.x, direction.y, direction.z] };
+  }
+
+  private listenForTaps(): void {
+    let down: PointerEvent | null = null;
+    this.canvas.addEventListener("pointerdown", (event) => {
+      down = event.isPrimary ? event : null;
+    });
+    this.canvas.addEventListener("pointerup", (event) => {
+      const moved = down === null ? Infinity : Math.hypot(event.clientX - down.clientX, event.clientY - down.clientY);
+      if (down === null || moved > TAP_PX || event.timeStamp - down.timeStamp > TAP_MS) return;
+      down = null;
+      const box = this.canvas.getBoundingClientRect();
+      this.onTap(event.clientX - box.left, event.clientY - box.top);
+    });
+  }
+
   private include(point: Vec3): void {
     this.bounds.expandByPoint(this.vector(point));
   }
@@ -224,6 +359,8 @@ export class View {
   private measureRange(camera: Vec3, ground: Vec3): void {
     const range = Math.hypot(camera[0] - ground[0], camera[1] - ground[1], camera[2] - ground[2]);
     this.range = this.range === 0 ? range : 0.9 * this.range + 0.1 * range;
+    this.groundHeight = this.groundHeight === null ? ground[2] : 0.9 * this.groundHeight + 0.1 * ground[2];
+    this.coverage.setHeight(this.groundHeight);
     this.include(ground);
   }
 

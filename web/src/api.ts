@@ -1,0 +1,141 @@
+// SPDX-FileCopyrightText: nadir contributors
+// SPDX-License-Identifier: Apache-2.0
+// What the page asks of the device beside the feed. Whatever changes something there needs the device's token.
+import { recall, remember } from "./ui/memory";
+
+export interface DiveEntry {
+  id: string;
+  name: string;
+  /** Seconds since 1970; null where the clock was not set. */
+  begun: number | null;
+  images: number | null;
+  areaM2: number | null;
+  bytes: number;
+  complete: boolean;
+  recording: boolean;
+}
+
+export interface Product {
+  id: string;
+  name: string;
+  bytes: number;
+  kind: string;
+}
+
+export type Answer<T> = { ok: true; value: T } | { ok: false; status: number; reason: string };
+
+const RENEW_MS = 20_000;
+
+export class Api {
+  /** Told when this page takes or loses control. */
+  onControl: () => void = () => undefined;
+  private readonly session = crypto.getRandomValues(new Uint32Array(4)).join("-");
+  private renewal: ReturnType<typeof setInterval> | undefined;
+
+  constructor() {
+    // The code that was scanned carries the token behind the #, which a browser never sends.
+    const given = new URLSearchParams(location.hash.slice(1)).get("token");
+    if (given === null) return;
+    remember("token", given);
+    history.replaceState(null, "", location.pathname + location.search);
+  }
+
+  get hasToken(): boolean {
+    return recall("token") !== null;
+  }
+
+  get name(): string {
+    return recall("name") ?? "";
+  }
+
+  set name(name: string) {
+    remember("name", name.trim() === "" ? null : name.trim());
+  }
+
+  get controls(): boolean {
+    return this.renewal !== undefined;
+  }
+
+  /** force: from whoever has it. */
+  async takeControl(force: boolean): Promise<Answer<unknown>> {
+    const answer = await this.ask("POST", "control/take", { force });
+    if (answer.ok) this.keepControl(true);
+    return answer;
+  }
+
+  async releaseControl(): Promise<void> {
+    this.keepControl(false);
+    await this.ask("POST", "control/release");
+  }
+
+  async command(what: "dive/start" | "dive/stop" | "dive/submap" | "shutdown"): Promise<Answer<unknown>> {
+    return this.ask("POST", what);
+  }
+
+  async addMark(point: readonly number[], image: number | null, note: string): Promise<Answer<unknown>> {
+    const [x, y, z] = point;
+    return this.ask("POST", "marks", { x, y, z, note, ...(image === null ? {} : { image }) });
+  }
+
+  async removeMark(id: number): Promise<Answer<unknown>> {
+    return this.ask("DELETE", `marks/${id}`);
+  }
+
+  photoAddress(mark: number): string {
+    return new URL(`api/marks/${mark}/photo`, location.href).href;
+  }
+
+  async dives(): Promise<Answer<DiveEntry[]>> {
+    return this.ask("GET", "dives");
+  }
+
+  async products(dive: string): Promise<Answer<Product[]>> {
+    return this.ask("GET", `dives/${dive}`);
+  }
+
+  productAddress(dive: string, product: string): string {
+    return new URL(`api/dives/${dive}/files/${product}`, location.href).href;
+  }
+
+  async removeDive(dive: string): Promise<Answer<unknown>> {
+    return this.ask("DELETE", `dives/${dive}`);
+  }
+
+  /** Only this device's own screen is told. */
+  async token(): Promise<string | null> {
+    const answer = await this.ask<{ token: string }>("GET", "token");
+    return answer.ok ? answer.value.token : null;
+  }
+
+  private keepControl(keep: boolean): void {
+    clearInterval(this.renewal);
+    this.renewal = undefined;
+    if (keep) {
+      this.renewal = setInterval(() => {
+        void this.ask("POST", "control/renew");
+      }, RENEW_MS);
+    }
+    this.onControl();
+  }
+
+  private async ask<T>(method: string, path: string, body?: object): Promise<Answer<T>> {
+    const headers: Record<string, string> = { "Nadir-Session": this.session, "Nadir-Name": encodeURIComponent(this.name) };
+    const token = recall("token");
+    if (token !== null && method !== "GET") headers["Authorization"] = `Bearer ${token}`;
+    if (body !== undefined) headers["Content-Type"] = "application/json";
+    try {
+      const response = await fetch(new URL(`api/${path}`, location.href), {
+        method,
+        headers,
+        cache: "no-store",
+        ...(body === undefined ? {} : { body: JSON.stringify(body) }),
+      });
+      const text = await response.text();
+      if (response.ok) return { ok: true, value: (text === "" ? null : JSON.parse(text)) as T };
+      if (response.status === 409 && path !== "control/take") this.keepControl(false);
+      return { ok: false, status: response.status, reason: text };
+    } catch {
+      return { ok: false, status: 0, reason: "" };
+    }
+  }
+}

@@ -1,0 +1,85 @@
+// SPDX-FileCopyrightText: nadir contributors
+// SPDX-License-Identifier: Apache-2.0
+import type { Api, DiveEntry, Product } from "../api";
+import { refusal } from "./control";
+import { button, el, icon } from "./dom";
+import type { Rail } from "./rail";
+import { amount, count, S } from "./strings";
+
+/** The dives on the device: look at one again, take its files away, delete it. */
+export class Dives {
+  constructor(
+    private readonly api: Api,
+    private readonly rail: Rail,
+  ) {}
+
+  async open(): Promise<void> {
+    const answer = await this.api.dives();
+    if (!answer.ok) {
+      this.rail.push(S.menu.dives, () => el("p", "none", refusal(answer)));
+      return;
+    }
+    const dives = answer.value;
+    const entry = (dive: DiveEntry) =>
+      button("dives", dive.name, () => void this.openDive(dive), "wide entry");
+    this.rail.push(S.menu.dives, () => {
+      if (dives.length === 0) return el("p", "none", S.dives.none);
+      return el("ul", "dives", ...dives.map((dive) => {
+        const item = entry(dive);
+        item.append(el("span", "facts", facts(dive)));
+        return el("li", "", item);
+      }));
+    });
+  }
+
+  private async openDive(dive: DiveEntry): Promise<void> {
+    const answer = await this.api.products(dive.id);
+    const files = answer.ok ? answer.value : [];
+    const view = el("a", "wide", icon("map"), el("span", "label", S.dives.view));
+    view.href = `?dive=${encodeURIComponent(dive.id)}`;
+    this.rail.push(dive.name, () => {
+      const parts: HTMLElement[] = [el("p", "", facts(dive))];
+      if (!dive.recording) parts.push(view);
+      parts.push(el("h3", "", S.dives.files), el("ul", "files", ...files.map((file) => el("li", "", this.link(dive, file)))));
+      if (!answer.ok) parts.push(el("p", "outcome", refusal(answer)));
+      if (!dive.recording) parts.push(button("trash", S.dives.remove, () => { this.confirm(dive); }, "wide danger"));
+      return el("div", "form", ...parts);
+    });
+  }
+
+  private link(dive: DiveEntry, file: Product): HTMLElement {
+    const link = el("a", "wide", icon("save"), el("span", "label", file.name), el("span", "facts", size(file.bytes)));
+    link.href = this.api.productAddress(dive.id, file.id);
+    link.download = file.name.split("/").at(-1) ?? file.name;
+    return link;
+  }
+
+  private confirm(dive: DiveEntry): void {
+    const outcome = el("p", "outcome", "");
+    outcome.setAttribute("role", "status");
+    const remove = button("trash", S.dives.removeNow, () => void this.remove(dive, outcome), "wide danger");
+    this.rail.push(S.dives.remove, () => el("div", "form", el("p", "", S.dives.sure(dive.name)), remove, outcome));
+  }
+
+  private async remove(dive: DiveEntry, outcome: HTMLElement): Promise<void> {
+    const answer = await this.api.removeDive(dive.id);
+    if (answer.ok) await this.open();
+    else outcome.textContent = refusal(answer);
+  }
+}
+
+function facts(dive: DiveEntry): string {
+  const parts = [];
+  if (dive.begun !== null) parts.push(new Date(1000 * dive.begun).toLocaleString("en-GB", { dateStyle: "medium", timeStyle: "short" }));
+  if (dive.recording) parts.push(S.phases.recording);
+  else if (!dive.complete) parts.push(S.dives.cutOff);
+  if (dive.images !== null) parts.push(S.dives.images(count(dive.images)));
+  if (dive.areaM2 !== null && dive.areaM2 > 0) parts.push(amount(dive.areaM2, "m²"));
+  parts.push(size(dive.bytes));
+  return parts.join(" · ");
+}
+
+function size(bytes: number): string {
+  const [value, unit] = bytes >= 1e9 ? [bytes / 1e9, "GB"] : bytes >= 1e6 ? [bytes / 1e6, "MB"] : [bytes / 1e3, "kB"];
+  return amount(value, unit);
+}

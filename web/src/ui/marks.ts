@@ -1,0 +1,104 @@
+// SPDX-FileCopyrightText: nadir contributors
+// SPDX-License-Identifier: Apache-2.0
+import type { Api } from "../api";
+import type { Mark, Vec3 } from "../wire/records";
+import { button, el } from "./dom";
+import { refusal } from "./control";
+import type { Pins } from "./pins";
+import type { Rail } from "./rail";
+import { clock, S } from "./strings";
+
+/** Points somebody wants to find again, on the map and in the dive. */
+export class Marks {
+  private all = new Map<number, Mark>();
+  private shown = true;
+
+  constructor(
+    private readonly api: Api,
+    private readonly pins: Pins,
+    private readonly rail: Rail,
+  ) {}
+
+  set isShown(shown: boolean) {
+    this.shown = shown;
+    this.place();
+  }
+
+  set(mark: Mark): void {
+    this.all.set(mark.id, mark);
+    this.place();
+  }
+
+  clear(): void {
+    this.all = new Map();
+    this.place();
+  }
+
+  get count(): number {
+    return this.present.length;
+  }
+
+  /** Asks for a note and keeps the mark. */
+  begin(point: Vec3, image: number | null): void {
+    const note = el("textarea", "note");
+    note.maxLength = 500;
+    note.rows = 3;
+    const label = el("label", "field", el("span", "", S.hands.note), note);
+    const outcome = el("p", "outcome", this.api.hasToken ? "" : S.control.noToken);
+    outcome.setAttribute("role", "status");
+    const save = button("pin", S.hands.save, () => void this.save(point, image, note.value, outcome), "wide");
+    this.rail.push(S.marks.title, () => el("div", "form", label, save, outcome));
+  }
+
+  private async save(point: Vec3, image: number | null, note: string, outcome: HTMLElement): Promise<void> {
+    const answer = await this.api.addMark(point, image, note);
+    if (answer.ok) this.rail.close();
+    else outcome.textContent = refusal(answer);
+  }
+
+  private get present(): Mark[] {
+    return [...this.all.values()].filter(({ removed }) => !removed);
+  }
+
+  private place(): void {
+    const pins = this.shown ? this.present : [];
+    this.pins.set(
+      "mark",
+      pins.map((mark) => ({
+        key: `mark ${mark.id}`,
+        at: mark.position,
+        label: `${S.marks.title}: ${mark.note}`,
+        kind: "mark" as const,
+        onTap: () => {
+          this.open(mark.id);
+        },
+      })),
+    );
+  }
+
+  private open(id: number): void {
+    const mark = this.all.get(id);
+    if (mark === undefined) return;
+    const outcome = el("p", "outcome", "");
+    outcome.setAttribute("role", "status");
+    const remove = button("trash", S.hands.remove, () => void this.remove(id, outcome), "wide");
+    this.rail.push(S.marks.title, () => el("div", "form", ...describe(mark, this.api), remove, outcome));
+  }
+
+  private async remove(id: number, outcome: HTMLElement): Promise<void> {
+    const answer = await this.api.removeMark(id);
+    if (answer.ok) this.rail.close();
+    else outcome.textContent = refusal(answer);
+  }
+}
+
+function describe(mark: Mark, api: Api): HTMLElement[] {
+  const parts: HTMLElement[] = [el("p", "note", mark.note), el("p", "when", S.marks.at(clock(mark.time)))];
+  if (mark.image !== null) {
+    const photo = el("img", "photo");
+    photo.alt = S.marks.photo;
+    photo.src = api.photoAddress(mark.id);
+    parts.push(photo);
+  }
+  return parts;
+}
