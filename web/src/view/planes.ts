@@ -176,6 +176,7 @@ export class Planes {
   private planes = new Map<number, Plane>();
   private chunks: Chunk[] = [];
   private style: PlaneStyle = "quads";
+  private coarseness = 1;
 
   constructor(private readonly origin: Origin) {}
 
@@ -203,6 +204,12 @@ export class Planes {
     this.chunks.forEach((chunk) => {
       this.dress(chunk);
     });
+  }
+
+  /** Draws only every so many points in each direction. */
+  setCoarseness(coarseness: number): void {
+    this.coarseness = coarseness;
+    this.setStrides();
   }
 
   clear(): void {
@@ -245,12 +252,17 @@ export class Planes {
       this.chunks.push(chunk);
       this.object.add(chunk.quads, chunk.points);
     }
-    const stride = Math.ceil(Math.sqrt((this.count * columns * rows) / MAX_POINTS));
-    this.chunks.forEach((one) => {
-      one.setStride(stride);
-      this.dress(one);
-    });
+    this.setStrides();
+    this.dress(chunk);
     return { chunk, index: chunk.append() };
+  }
+
+  private setStrides(): void {
+    const points = this.chunks.reduce((sum, chunk) => sum + chunk.count * chunk.columns * chunk.rows, 0);
+    const least = Math.ceil(Math.sqrt(points / MAX_POINTS));
+    this.chunks.forEach((chunk) => {
+      chunk.setStride(Math.max(1, least, this.coarseness));
+    });
   }
 
   private dress(chunk: Chunk): void {

@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 import { Box3, Color, ColorManagement, LinearSRGBColorSpace, Raycaster, Scene, Vector2, Vector3, WebGLRenderer } from "three";
 import type { DiveRecord, Pose, Vec3 } from "../wire/records";
+import { Budget, QUALITIES, type Quality } from "./budget";
 import { Cameras, forward } from "./cameras";
 import { Coverage } from "./coverage";
 import { Eye, type Look, type Margins } from "./eye";
@@ -71,6 +72,8 @@ export class View {
   private readonly coverage = new Coverage(this.origin);
   private readonly strokes = new Strokes(this.origin);
   private readonly ground = new Ground();
+  private readonly budget = new Budget();
+  private quality: Quality | null = null;
   private readonly scene = new Scene();
   private readonly renderer: WebGLRenderer;
   /** Distance from the camera to the ground of late, metres. */
@@ -102,6 +105,9 @@ export class View {
     this.eye = new Eye(canvas);
     this.eye.onMoved = (how) => {
       if (how === "panned" || (how === "zoomed" && this.framing === "all")) this.setFraming("free");
+      this.draw();
+    };
+    this.budget.onRest = () => {
       this.draw();
     };
     new ResizeObserver(() => {
@@ -235,6 +241,7 @@ export class View {
 
   /** What the canvas shows, as a PNG file. */
   async screenshot(): Promise<Blob | null> {
+    this.setQuality(QUALITIES[0]);
     this.renderer.render(this.scene, this.eye.camera);
     return new Promise((resolve) => {
       this.canvas.toBlob(resolve, "image/png");
@@ -309,6 +316,7 @@ export class View {
     this.asked = false;
     const seconds = Math.min(0.25, (now - this.drawnAt) / 1000);
     this.drawnAt = now;
+    this.setQuality(this.budget.begin(now));
     this.cameras.update();
     this.cameras.setSize(0.2 * (this.range || 1));
     const moving = this.frame(seconds);
@@ -318,6 +326,13 @@ export class View {
     this.renderer.render(this.scene, this.eye.camera);
     this.onDrawn();
     if (moving) this.draw();
+  }
+
+  private setQuality(quality: Quality): void {
+    if (quality === this.quality) return;
+    this.quality = quality;
+    this.renderer.setPixelRatio(Math.min(devicePixelRatio, 2) * quality.resolution);
+    this.planes.setCoarseness(quality.stride);
   }
 
   /** Steers towards what is to be in sight; true while on the way. */
@@ -371,7 +386,6 @@ export class View {
   private resize(): void {
     const { clientWidth: width, clientHeight: height } = this.canvas;
     if (width === 0 || height === 0) return;
-    this.renderer.setPixelRatio(Math.min(devicePixelRatio, 2));
     this.renderer.setSize(width, height, false);
     this.eye.resize(width, height, width > height ? LANDSCAPE : PORTRAIT);
     this.draw();
