@@ -15,7 +15,9 @@ export async function sampleMosaic(browser, page, mosaic) {
   const height = png.readUInt32BE(20);
   assert.ok(await page.evaluate(() => window.nadir.fitMosaic(0)));
   await page.click("nav >> text=Layers");
-  await page.click("role=switch[name='Cameras and path']");
+  for (const layer of ["Coverage and gaps", "Plan and lanes", "Cameras and path"]) {
+    await page.click(`role=switch[name='${layer}']`);
+  }
   await page.click("nav >> text=Layers");
   await pause(1000);
   const screen = await page.screenshot();
@@ -120,5 +122,5 @@ export async function useHands(page) {
     await pause(300);
   });
   assert.ok(keys.zoom > 1.2, `plus zooms: ${keys.zoom}`);
-  await page.click("nav >> text=All");
+  await page.click("#zoom >> text=All");
 }

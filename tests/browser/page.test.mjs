@@ -150,8 +150,9 @@ test("the page of a live dive", { timeout: 300_000 }, async (t) => {
   );
 
   await t.test("shows how the equipment does, the worst first, and how much is wrong", async () => {
-    await page.waitForSelector("nav .tool:has-text('System') .bubble:has-text('1')");
-    await page.click("nav >> text=System");
+    await page.waitForSelector("nav .tool:has-text('Menu') .bubble:has-text('1')");
+    await page.click("nav >> text=Menu");
+    await page.click("#panel >> text=System");
     const cards = await page.$$eval("#panel .alert", (all) => all.map((card) => [card.dataset.level, card.innerText.split(/\n+/)]));
     assert.deepEqual(cards, [
       ["bad", ["disk: /dives cannot be written: read-only", "check the disk"]],
