@@ -5,7 +5,8 @@ import { roundDown } from "../src/ui/scale_bar";
 import { Cameras, forward } from "../src/view/cameras";
 import { tileCorners } from "../src/view/mosaics";
 import { Origin } from "../src/view/origin";
-import { inScene, pointOf } from "../src/view/planes";
+import { inScene } from "../src/view/plane_chunk";
+import { pointOf } from "../src/view/planes";
 import { TiePointCloud } from "../src/view/tie_points";
 import type { Mosaic, PlaneGrid, Pose, TiePoints } from "../src/wire/records";
 

@@ -3,7 +3,7 @@
 // How often the ground was seen, over the mosaic: what is missing stands out.
 import { BufferGeometry, CanvasTexture, DoubleSide, Float32BufferAttribute, Group, Mesh, MeshBasicMaterial, NearestFilter } from "three";
 import { COVERAGE_CELLS, type CoverageTile, type Vec3 } from "../wire/records";
-import { decodeImage, pixels } from "./images";
+import { decodeImage, pixels, pngFile } from "./images";
 import type { Origin } from "./origin";
 
 /** Red, green, blue, alpha of a gap and of one, two, three and more views; safe for the colour-blind, and told apart by
@@ -40,7 +40,9 @@ export class Coverage {
     const key = `${record.column}/${record.row}`;
     if ((this.wanted.get(key) ?? -1) > record.sequence) return;
     this.wanted.set(key, record.sequence);
-    const counts = pixels(await decodeImage(new Uint8Array(record.png), "image/png"));
+    const bitmap = await decodeImage(pngFile(record.png));
+    const counts = pixels(bitmap);
+    bitmap.close();
     if (this.wanted.get(key) !== record.sequence) return;
     if (counts.width !== COVERAGE_CELLS || counts.height !== COVERAGE_CELLS) throw new Error("not a coverage tile");
     const gaps = colour(counts);

@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: nadir contributors
 // SPDX-License-Identifier: Apache-2.0
-import { Box3, MOUSE, OrthographicCamera, PerspectiveCamera, TOUCH, Vector3 } from "three";
+import { Box3, Frustum, Matrix4, MOUSE, OrthographicCamera, PerspectiveCamera, Sphere, TOUCH, Vector3 } from "three";
 import { OrbitControls } from "three/addons/controls/OrbitControls.js";
 
 /** In perspective from anywhere, or the map: straight down, north up, true to scale. */
@@ -65,6 +65,18 @@ export class Eye {
   /** Survey units a CSS pixel covers at the target. */
   get unitsPerPixel(): number {
     return this.span / this.height;
+  }
+
+  /** Scene point that is looked at. */
+  get target(): Vector3 {
+    return this.controls.target;
+  }
+
+  /** Measures lengths on the screen, in CSS px: 0 when they are out of sight. */
+  sizer(): (at: Vector3, length: number) => number {
+    const { camera } = this;
+    const seen = new Frustum().setFromProjectionMatrix(new Matrix4().multiplyMatrices(camera.projectionMatrix, camera.matrixWorldInverse));
+    return (at, length) => (seen.intersectsSphere(new Sphere(at, length)) ? length / this.sizeOfPixel(at) : 0);
   }
 
   setLook(look: Look): void {

@@ -5,26 +5,40 @@
 const AT_ONCE = 4;
 const OPTIONS: ImageBitmapOptions = { colorSpaceConversion: "none", premultiplyAlpha: "none" };
 
+export interface Size {
+  width: number;
+  height: number;
+}
+
 let running = 0;
 const waiting: (() => void)[] = [];
 
-export async function decodeImage(bytes: Uint8Array<ArrayBuffer>, type: "image/jpeg" | "image/png"): Promise<ImageBitmap> {
+/** A JPEG or PNG file. Rejects when it cannot be decoded. */
+export async function decodeImage(file: Blob): Promise<ImageBitmap> {
   if (running >= AT_ONCE) await new Promise<void>((go) => waiting.push(go));
   ++running;
   try {
-    return await createImageBitmap(new Blob([bytes], { type }), OPTIONS);
+    return await createImageBitmap(file, OPTIONS);
   } finally {
     --running;
     waiting.shift()?.();
   }
 }
 
-/** The bitmap's RGBA bytes, first row first; the bitmap is used up. */
-export function pixels(bitmap: ImageBitmap): ImageData {
-  const { width, height } = bitmap;
+export function jpegFile(bytes: Uint8Array): Blob {
+  return new Blob([new Uint8Array(bytes)], { type: "image/jpeg" });
+}
+
+export function pngFile(bytes: Uint8Array): Blob {
+  return new Blob([new Uint8Array(bytes)], { type: "image/png" });
+}
+
+/** The bitmap's RGBA bytes at a size, by default its own, first row first. */
+export function pixels(bitmap: ImageBitmap | OffscreenCanvas, size: Size = bitmap): ImageData {
+  const { width, height } = size;
   const context = new OffscreenCanvas(width, height).getContext("2d", { willReadFrequently: true });
   if (context === null) throw new Error("no 2D canvas");
-  context.drawImage(bitmap, 0, 0);
-  bitmap.close();
+  context.imageSmoothingQuality = "medium";
+  context.drawImage(bitmap, 0, 0, width, height);
   return context.getImageData(0, 0, width, height);
 }

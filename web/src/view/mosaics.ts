@@ -1,5 +1,7 @@
 // SPDX-FileCopyrightText: nadir contributors
 // SPDX-License-Identifier: Apache-2.0
+// The 2D mosaics (2DSIM), tile by tile on their planes: small pictures of all of them, and in full those that are
+// large on the screen, so that what a mosaic of any size takes on the graphics card is bounded but for 4 kB a tile.
 import {
   BufferGeometry,
   CanvasTexture,
@@ -10,30 +12,46 @@ import {
   Mesh,
   MeshBasicMaterial,
   Texture,
+  Vector3,
 } from "three";
 import { TILE_SIZE, type Mosaic, type MosaicTile, type Vec3 } from "../wire/records";
-import { decodeImage, pixels } from "./images";
 import type { Ray } from "./ground";
+import { decodeImage, jpegFile, pixels, pngFile } from "./images";
 import type { Origin } from "./origin";
+import { Thumbs, THUMB_SIZE, type Thumb } from "./thumbs";
+
+/** Tiles shown in full at a time, and how many are decoded for it at once. */
+const MOST_FULL = 160;
+const AT_ONCE = 40;
+/** A tile this wide on the screen shows more in full, px. */
+const LARGE_PX = 1.2 * THUMB_SIZE;
 
 interface Tile {
   mosaic: number;
   column: number;
   row: number;
-  mesh: Mesh<BufferGeometry, MeshBasicMaterial> | null;
+  jpeg: Blob;
+  mask: Blob | null;
   /** Sequence of the newest colours asked for. */
   wanted: number;
+  thumb: Thumb | null;
+  mesh: Mesh<BufferGeometry, MeshBasicMaterial> | null;
+  /** Being made full. */
+  busy: boolean;
 }
 
-/** The 2D mosaics (2DSIM), tile by tile on their planes. */
 export class Mosaics {
   readonly object = new Group();
   /** Tiles with colours. */
   count = 0;
   readonly grids = new Map<number, Mosaic>();
   private tiles = new Map<string, Tile>();
+  private readonly thumbs = new Thumbs();
+  private readonly full = new Group();
 
-  constructor(private readonly origin: Origin) {}
+  constructor(private readonly origin: Origin) {
+    this.object.add(this.thumbs.object, this.full);
+  }
 
   setMosaic(mosaic: Mosaic): void {
     this.grids.set(mosaic.mosaic, mosaic);
@@ -47,16 +65,37 @@ export class Mosaics {
     const tile = this.tile(record);
     if (tile.wanted > record.sequence) return;
     tile.wanted = record.sequence;
-    const texture = await tileTexture(record);
-    if (tile.wanted === record.sequence) this.paint(tile, texture);
-    else texture.dispose();
+    tile.jpeg = jpegFile(record.jpeg);
+    tile.mask = record.mask === null ? null : pngFile(record.mask);
+    const picture = await decodeTile(tile);
+    if (tile.wanted === record.sequence) this.paint(tile, picture);
+    close(picture);
+  }
+
+  /** Shows in full what is large on the screen; resolves when something has changed. sizeOf: px of a length at a scene
+   *  point, 0 when it is out of sight. */
+  async refine(sizeOf: (at: Vector3, length: number) => number): Promise<boolean> {
+    const sized = [...this.tiles.values()].flatMap((tile) => {
+      const grid = this.grids.get(tile.mosaic);
+      if (grid === undefined || tile.thumb === null) return [];
+      const size = sizeOf(this.centreOf(grid, tile), TILE_SIZE * grid.groundSamplingDistance);
+      return size > LARGE_PX ? [{ tile, size }] : [];
+    });
+    sized.sort((one, other) => other.size - one.size);
+    const wanted = new Set(sized.slice(0, MOST_FULL).map(({ tile }) => tile));
+    const missing = [...wanted].filter((tile) => tile.mesh === null && !tile.busy).slice(0, AT_ONCE);
+    const spare = [...this.tiles.values()].filter((tile) => tile.mesh !== null && !wanted.has(tile));
+    const tooMany = this.full.children.length + missing.length - MOST_FULL;
+    for (const tile of spare.slice(0, Math.max(0, tooMany))) this.reduce(tile);
+    await Promise.all(missing.map((tile) => this.enlarge(tile)));
+    return missing.length > 0;
   }
 
   /** Survey corners of all the tiles of one mosaic, or of every one. */
   *corners(mosaic?: number): Iterable<Vec3> {
     for (const tile of this.tiles.values()) {
       const grid = this.grids.get(tile.mosaic);
-      if (grid === undefined || tile.mesh === null || (mosaic ?? tile.mosaic) !== tile.mosaic) continue;
+      if (grid === undefined || tile.thumb === null || (mosaic ?? tile.mosaic) !== tile.mosaic) continue;
       yield* tileCorners(grid, tile.column, tile.row);
     }
   }
@@ -72,7 +111,7 @@ export class Mosaics {
       const [x, y] = [at(0) - c, at(1) - f];
       const column = Math.floor(((e * x - b * y) / determinant + 0.5) / TILE_SIZE);
       const row = Math.floor(((a * y - d * x) / determinant + 0.5) / TILE_SIZE);
-      if (this.tiles.get(`${grid.mosaic}/${column}/${row}`)?.mesh) return [at(0), at(1), at(2)];
+      if (this.tiles.get(`${grid.mosaic}/${column}/${row}`)?.thumb) return [at(0), at(1), at(2)];
     }
     return null;
   }
@@ -82,7 +121,8 @@ export class Mosaics {
       tile.wanted = Infinity;
       if (tile.mesh !== null) dispose(tile.mesh);
     }
-    this.object.clear();
+    this.full.clear();
+    this.thumbs.clear();
     this.tiles = new Map();
     this.grids.clear();
     this.count = 0;
@@ -92,30 +132,58 @@ export class Mosaics {
     const key = `${mosaic}/${column}/${row}`;
     let tile = this.tiles.get(key);
     if (tile === undefined) {
-      tile = { mosaic, column, row, mesh: null, wanted: -1 };
+      tile = { mosaic, column, row, jpeg: new Blob(), mask: null, wanted: -1, thumb: null, mesh: null, busy: false };
       this.tiles.set(key, tile);
     }
     return tile;
   }
 
-  private paint(tile: Tile, texture: Texture): void {
-    if (tile.mesh === null) {
-      tile.mesh = newMesh(tile.mosaic);
+  private paint(tile: Tile, picture: ImageBitmap | OffscreenCanvas): void {
+    if (tile.thumb === null) {
+      tile.thumb = this.thumbs.make(orderOf(tile.mosaic));
       ++this.count;
+    }
+    tile.thumb.paint(pixels(picture, { width: THUMB_SIZE, height: THUMB_SIZE }).data);
+    if (tile.mesh !== null) dress(tile.mesh, picture);
+    this.place(tile);
+  }
+
+  private async enlarge(tile: Tile): Promise<void> {
+    const { wanted } = tile;
+    tile.busy = true;
+    const picture = await decodeTile(tile);
+    tile.busy = false;
+    if (tile.wanted === wanted && tile.mesh === null) {
+      tile.mesh = newMesh(tile.mosaic);
+      dress(tile.mesh, picture);
+      this.full.add(tile.mesh);
       this.place(tile);
     }
-    tile.mesh.material.map?.dispose();
-    tile.mesh.material.map = texture;
-    tile.mesh.material.needsUpdate = true;
+    close(picture);
+  }
+
+  private reduce(tile: Tile): void {
+    if (tile.mesh === null) return;
+    dispose(tile.mesh);
+    this.full.remove(tile.mesh);
+    tile.mesh = null;
+    this.place(tile);
   }
 
   private place(tile: Tile): void {
     const grid = this.grids.get(tile.mosaic);
-    if (grid === undefined || tile.mesh === null) return;
-    const corners = tileCorners(grid, tile.column, tile.row).flatMap((corner) => this.origin.toScene(corner));
-    tile.mesh.geometry.setAttribute("position", new Float32BufferAttribute(corners, 3));
+    if (grid === undefined || tile.thumb === null) return;
+    const corners = tileCorners(grid, tile.column, tile.row).map((corner) => this.origin.toScene(corner));
+    tile.thumb.place(corners);
+    tile.thumb.show(tile.mesh === null);
+    if (tile.mesh === null) return;
+    tile.mesh.geometry.setAttribute("position", new Float32BufferAttribute(corners.flat(), 3));
     tile.mesh.geometry.computeBoundingSphere();
-    this.object.add(tile.mesh);
+  }
+
+  private centreOf(grid: Mosaic, { column, row }: Tile): Vector3 {
+    const corners = tileCorners(grid, column, row).map((corner) => this.origin.toScene(corner));
+    return corners.reduce((sum, corner) => sum.add(new Vector3(...corner)), new Vector3()).divideScalar(4);
   }
 }
 
@@ -150,8 +218,13 @@ function newMesh(mosaic: number): Mesh<BufferGeometry, MeshBasicMaterial> {
     toneMapped: false,
   });
   const mesh = new Mesh(geometry, material);
-  mesh.renderOrder = mosaic - 1e6; // the ground lies below all else, a newer mosaic above an older one
+  mesh.renderOrder = orderOf(mosaic);
   return mesh;
+}
+
+/** The ground lies below all else, a newer mosaic above an older one. */
+function orderOf(mosaic: number): number {
+  return mosaic - 1e6;
 }
 
 function dispose(mesh: Mesh<BufferGeometry, MeshBasicMaterial>): void {
@@ -160,23 +233,36 @@ function dispose(mesh: Mesh<BufferGeometry, MeshBasicMaterial>): void {
   mesh.geometry.dispose();
 }
 
-async function tileTexture({ jpeg, mask }: MosaicTile): Promise<Texture> {
-  const colour = decodeImage(new Uint8Array(jpeg), "image/jpeg");
-  const texture = mask === null ? new Texture(await colour) : await masked(await colour, mask);
+function dress(mesh: Mesh<BufferGeometry, MeshBasicMaterial>, picture: ImageBitmap | OffscreenCanvas): void {
+  // The picture is closed after it was used; the texture is uploaded from a copy when it is drawn first.
+  const canvas = new OffscreenCanvas(picture.width, picture.height);
+  canvas.getContext("2d")?.drawImage(picture, 0, 0);
+  const texture: Texture = new CanvasTexture(canvas);
   texture.flipY = false;
   texture.anisotropy = 4;
   texture.minFilter = LinearMipmapLinearFilter;
   texture.premultiplyAlpha = true;
-  texture.needsUpdate = true;
-  return texture;
+  mesh.material.map?.dispose();
+  mesh.material.map = texture;
+  mesh.material.needsUpdate = true;
 }
 
-async function masked(colour: ImageBitmap, mask: Uint8Array): Promise<Texture> {
-  const alpha = pixels(await decodeImage(new Uint8Array(mask), "image/png"));
+/** Its colours, transparent where nothing was seen. */
+async function decodeTile({ jpeg, mask }: Tile): Promise<ImageBitmap | OffscreenCanvas> {
+  const colour = await decodeImage(jpeg);
+  if (mask === null) return colour;
+  const seen = await decodeImage(mask);
+  const alpha = pixels(seen);
   const image = pixels(colour);
+  seen.close();
+  colour.close();
   if (alpha.data.length !== image.data.length) throw new Error("the mask is not of the tile's size");
   for (let i = 0; i < image.data.length; i += 4) image.data[i + 3] = alpha.data[i] ?? 0;
   const canvas = new OffscreenCanvas(image.width, image.height);
   canvas.getContext("2d")?.putImageData(image, 0, 0);
-  return new CanvasTexture(canvas);
+  return canvas;
+}
+
+function close(picture: ImageBitmap | OffscreenCanvas): void {
+  if (picture instanceof ImageBitmap) picture.close();
 }

@@ -47,6 +47,7 @@ const VEHICLE_PX = 44;
 /** Where style.css puts the cards over the map. */
 const LANDSCAPE: Margins = { left: 24, top: 24, right: 24, bottom: 120 };
 const PORTRAIT: Margins = { left: 24, top: 24, right: 24, bottom: 220 };
+const REFINE_MS = 250;
 /** What a finger in a glove may move and still have tapped. */
 const TAP_PX = 24;
 const TAP_MS = 600;
@@ -82,6 +83,8 @@ export class View {
   private groundHeight: number | null = null;
   private bounds = new Box3();
   private framing: Framing = "all";
+  private refinement: ReturnType<typeof setTimeout> | undefined;
+  private refinedAt = 0;
   private asked = false;
   private drawnAt = 0;
 
@@ -326,6 +329,22 @@ export class View {
     this.renderer.render(this.scene, this.eye.camera);
     this.onDrawn();
     if (moving) this.draw();
+    this.refineSoon(now);
+  }
+
+  /** Not with every picture: what is near is looked for four times a second, and once more at rest. */
+  private refineSoon(now: number): void {
+    clearTimeout(this.refinement);
+    const wait = Math.max(0, REFINE_MS - (now - this.refinedAt));
+    this.refinement = setTimeout(() => {
+      this.refinedAt = performance.now();
+      void this.refine();
+    }, wait);
+  }
+
+  private async refine(): Promise<void> {
+    const changed = await Promise.all([this.planes.refine(this.eye.target), this.mosaics.refine(this.eye.sizer())]).catch(() => [false]);
+    if (changed.includes(true)) this.draw();
   }
 
   private setQuality(quality: Quality): void {
