@@ -13,12 +13,17 @@ export interface Size {
 let running = 0;
 const waiting: (() => void)[] = [];
 
-/** A JPEG or PNG file. Rejects when it cannot be decoded. */
+/** A JPEG or PNG file, ahead of those that wait their turn. Rejects when it cannot be decoded. */
+export async function decodeNow(file: Blob): Promise<ImageBitmap> {
+  return createImageBitmap(file, OPTIONS);
+}
+
+/** The same in its turn. */
 export async function decodeImage(file: Blob): Promise<ImageBitmap> {
   if (running >= AT_ONCE) await new Promise<void>((go) => waiting.push(go));
   ++running;
   try {
-    return await createImageBitmap(file, OPTIONS);
+    return await decodeNow(file);
   } finally {
     --running;
     waiting.shift()?.();
