@@ -11,7 +11,8 @@ export default defineConfig({
     modulePreload: false,
     chunkSizeWarningLimit: 1000,
     rollupOptions: {
-      output: { entryFileNames: "page.js", assetFileNames: "page[extname]" },
+      input: { page: "index.html", sw: "src/sw.ts" },
+      output: { entryFileNames: "[name].js", assetFileNames: "page[extname]" },
     },
   },
   test: { include: ["test/**/*.test.ts"] },

@@ -73,6 +73,8 @@ function wire(): void {
   if (hands !== null) hands.onMark = (point, image) => { marks.begin(point, image); };
   themes.onChange = () => { view?.setBackground(groundColour()); };
   view?.setBackground(groundColour());
+  // Where a browser allows no service worker the page works all the same.
+  if ("serviceWorker" in navigator) navigator.serviceWorker.register("sw.js").catch(() => undefined);
   addEventListener("online", () => { link.hurry(); });
   document.addEventListener("visibilitychange", () => {
     if (!document.hidden) link.hurry();
