@@ -101,10 +101,10 @@ export class Api {
     return this.ask("DELETE", `dives/${dive}`);
   }
 
-  /** Only this device's own screen is told. */
-  async token(): Promise<string | null> {
-    const answer = await this.ask<{ token: string }>("GET", "token");
-    return answer.ok ? answer.value.token : null;
+  /** Where a tablet may control the device; only the device's own screen is told. */
+  async controlAddress(): Promise<string | null> {
+    const answer = await this.ask<{ token: string; address: string }>("GET", "token");
+    return answer.ok ? answer.value.address : null;
   }
 
   private keepControl(keep: boolean): void {

@@ -6,6 +6,7 @@ import type { Recording } from "../wire/records";
 import type { Alerts } from "./alerts";
 import type { Control } from "./control";
 import type { Dives } from "./dives";
+import { codePage } from "./code";
 import { button, el, icon, mark, toggle } from "./dom";
 import type { Hands } from "./hands";
 import type { Marks } from "./marks";
@@ -37,11 +38,12 @@ export class Menu {
   }
 
   sheet(): HTMLElement {
-    const { rail, control, dives, system } = this.parts;
+    const { rail, control, dives, system, api } = this.parts;
     const items: HTMLElement[] = [
       button("dive", S.menu.dive, () => { rail.push(S.menu.dive, () => control.page()); }, "wide"),
       button("dives", S.menu.dives, () => void dives.open(), "wide"),
       button("system", S.menu.system, () => { rail.push(S.menu.system, () => system.sheet()); }, "wide"),
+      button("code", S.control.showCode, () => void codePage(api).then((page) => { rail.push(S.control.showCode, () => page); }), "wide"),
       button("sun", S.menu.look, () => { this.openLook(); }, "wide"),
     ];
     if (new URLSearchParams(location.search).has("dive")) {

@@ -158,6 +158,7 @@ export const S = {
     done: (time: string) => `Done at ${time}`,
     code: "Scan this with a tablet on the same network: it may then control the device.",
     showCode: "Code for a tablet",
+    noCode: "The code is shown on the device's own screen only, and by the command nadir token.",
   },
   dives: {
     none: "No dives yet",
