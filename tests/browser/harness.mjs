@@ -102,9 +102,13 @@ export async function chromium() {
   });
 }
 
+/** A 10-inch tablet, held either way. */
+export const LANDSCAPE = { width: 1280, height: 800 };
+export const PORTRAIT = { width: 800, height: 1280 };
+
 /** The page of the server behind a port, with what it asked for and complained of. */
-export async function openPage(browser, port, prepare = async () => undefined) {
-  const page = await browser.newPage({ viewport: { width: 1280, height: 800 }, hasTouch: true });
+export async function openPage(browser, port, prepare = async () => undefined, viewport = LANDSCAPE) {
+  const page = await browser.newPage({ viewport, hasTouch: true });
   const requests = [];
   const errors = [];
   page.on("request", (request) => requests.push(request.url()));

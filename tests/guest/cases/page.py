@@ -14,7 +14,7 @@ LIMIT_S = 10  # of the guest
 ADDRESS = "10.0.2.15:8765"  # the guest's own; it answers to no other name
 ACCEPT = b"258EAFA5-E914-47DA-95CA-C5AB0DC85B11"  # RFC 6455, 1.3
 BINARY = 0x82
-VERSION, HELLO, WELCOME, MOSAIC_TILE, CHECK = 1, 1, 2, 11, 15  # of nadir's records: include/nadir/wire
+VERSION, HELLO, WELCOME, MOSAIC_TILE, CHECK = 2, 1, 2, 11, 15  # of nadir's records: include/nadir/wire
 
 
 class Client:

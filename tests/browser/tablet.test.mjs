@@ -1,0 +1,260 @@
+// SPDX-FileCopyrightText: nadir contributors
+// SPDX-License-Identifier: Apache-2.0
+// The page as a hand in a glove uses it, on a tablet held either way: node --test tests/browser
+import assert from "node:assert/strict";
+import { mkdirSync, readFileSync, rmSync, readdirSync } from "node:fs";
+import { createRequire } from "node:module";
+import path from "node:path";
+import test from "node:test";
+import * as harness from "./harness.mjs";
+import { pause, until } from "./harness.mjs";
+
+const TOUCH_PX = 88; // 15 mm on a 10-inch tablet
+const TEXT_PX = 16;
+const SEED = "7";
+
+const folder = harness.temporaryFolder();
+const survey = path.join(folder, "survey");
+assert.deepEqual(harness.missing, [], "not there");
+harness.simulate(survey, "--scene", "pool", "--images", "40", "--stereo", "--seed", SEED);
+
+/** Where pictures of the page are kept to be looked at. */
+const pictures = process.env.NADIR_PICTURES;
+if (pictures) mkdirSync(pictures, { recursive: true });
+const keep = async (page, name) => {
+  if (pictures) await page.screenshot({ path: path.join(pictures, `${name}.png`) });
+};
+
+const axe = readFileSync(createRequire(new URL("../../web/package.json", import.meta.url)).resolve("axe-core/axe.min.js"), "utf8");
+
+/** Faults of accessibility that keep somebody from using the page. */
+async function barriers(page) {
+  await page.evaluate(axe);
+  const { violations } = await page.evaluate(() => window.axe.run(document, { resultTypes: ["violations"] }));
+  const serious = violations.filter(({ impact }) => impact === "serious" || impact === "critical");
+  return serious.map(({ id, nodes }) => `${id}: ${nodes.map(({ html }) => html.slice(0, 120)).join(" | ")}`);
+}
+
+/** What can be touched and is smaller than a finger in a glove, and text that is too small. */
+const tooSmall = (page) =>
+  page.evaluate(
+    ([touch, text]) => {
+      const shown = (element) => element.checkVisibility({ visibilityProperty: true });
+      const name = (element) => `${element.tagName} ${element.className} ${element.textContent.slice(0, 30)}`;
+      const targets = [...document.querySelectorAll("button, a, input, textarea, [role=switch]")].filter(shown);
+      const small = targets.filter((target) => {
+        const { width, height } = target.getBoundingClientRect();
+        return width < touch - 0.5 || height < touch - 0.5;
+      });
+      const walker = document.createTreeWalker(document.body, NodeFilter.SHOW_TEXT);
+      const fine = [];
+      while (walker.nextNode()) {
+        const parent = walker.currentNode.parentElement;
+        if (walker.currentNode.textContent.trim() === "" || !shown(parent) || parent.tagName === "SCRIPT") continue;
+        if (parseFloat(getComputedStyle(parent).fontSize) < text) fine.push(parent);
+      }
+      return [...small.map(name), ...fine.map((element) => `text of ${name(element)}`)];
+    },
+    [TOUCH_PX, TEXT_PX],
+  );
+
+const tap = async (page, selector) => {
+  const target = page.locator(selector).first();
+  await target.waitFor();
+  await target.tap();
+};
+const tapGround = async (page, [x, y, z]) => {
+  const at = await page.evaluate(([x, y, z]) => window.nadir.screenOf(x, y, z), [x, y, z]);
+  await page.touchscreen.tap(at.x, at.y);
+};
+const hint = (page) => page.locator("#hint .text").innerText();
+
+for (const [held, viewport] of [
+  ["landscape", harness.LANDSCAPE],
+  ["portrait", harness.PORTRAIT],
+]) {
+  test(`a mapped dive on a tablet held in ${held}`, { timeout: 600_000 }, async (t) => {
+    const port = await harness.freePort();
+    const browser = await harness.chromium();
+    t.after(() => browser.close());
+    const dive = path.join(folder, held);
+    const run = await harness.replay(survey, dive, port, "--keep-serving");
+    const { page, errors, read } = await harness.openPage(browser, port, undefined, viewport);
+    await until("finished", read, (now) => now.state?.finished === true, 180);
+    await until("its tiles", read, ({ counts, state }) => counts.mosaicTiles === state.mosaicTiles, 60);
+    const trajectory = readFileSync(path.join(dive, "trajectory.tum"), "utf8").split("\n").filter((line) => /^[0-9]/.test(line));
+    const position = (image) => trajectory[image].split(" ").slice(1, 4).map(Number);
+
+    await t.test("has nothing that a glove cannot hit or an eye cannot read, on any of its sheets", async () => {
+      for (const stage of ["Map", "3D", "Image"]) {
+        await tap(page, `nav >> text=${stage}`);
+        assert.deepEqual(await tooSmall(page), [], stage);
+        await keep(page, `${held}-${stage}`);
+      }
+      await tap(page, "nav >> text=Map");
+      for (const sheet of ["Tools", "Layers", "Alerts", "Menu"]) {
+        await tap(page, `nav >> text=${sheet}`);
+        assert.deepEqual(await tooSmall(page), [], sheet);
+        await keep(page, `${held}-${sheet}`);
+      }
+      for (const item of ["Dive", "System", "Display"]) {
+        await tap(page, `#panel .wide:has(.label:text-is('${item}'))`);
+        assert.deepEqual(await tooSmall(page), [], item);
+        await keep(page, `${held}-${item}`);
+        await tap(page, "#panel [aria-label=Back]");
+      }
+      await tap(page, "#panel [aria-label=Close]");
+    });
+
+    await t.test("puts up no barrier, in any theme", async () => {
+      assert.deepEqual(await barriers(page), []);
+      for (const theme of ["Sunlight", "Night (red)", "Dark"]) {
+        await tap(page, "nav >> text=Menu");
+        await tap(page, "#panel >> text=Display");
+        await tap(page, `#panel .wide:has-text('${theme}')`);
+        await keep(page, `${held}-${theme}`);
+        assert.deepEqual(await barriers(page), [], theme);
+        await tap(page, "#panel [aria-label=Close]");
+      }
+    });
+
+    await t.test("remembers the theme", async () => {
+      await tap(page, "nav >> text=Menu");
+      await tap(page, "#panel >> text=Display");
+      await tap(page, "#panel .wide:has-text('Night')");
+      await page.reload();
+      assert.equal(await page.evaluate(() => document.documentElement.dataset.theme), "night");
+      await tap(page, "nav >> text=Menu");
+      await tap(page, "#panel >> text=Display");
+      await tap(page, "#panel .wide:has-text('Dark')");
+      await tap(page, "#panel [aria-label=Close]");
+      await until("its tiles again", read, ({ counts, state }) => state !== null && counts.mosaicTiles === state.mosaicTiles, 60);
+    });
+
+    await t.test("says whether it tracks, how high, how fast and with what overlap", async () => {
+      const gauge = (name) => page.locator(`.gauge.${name} .value`).innerText();
+      assert.equal(await gauge("tracking"), "Mapped");
+      const height = parseFloat(await gauge("altitude"));
+      assert.ok(height > 0.5 && height < 5, `height ${height}`);
+      assert.match(await gauge("overlap"), /^\d+ %$/);
+      assert.match(await gauge("heading"), /^\d{3}°$/);
+    });
+
+    await t.test("says what part is covered and shows it on the map", async () => {
+      assert.match(await page.locator("#guide .covered").innerText(), /^\d+ % of [\d.]+ m²$/);
+      await tap(page, "nav >> text=Layers");
+      const coverage = page.locator("role=switch[name='Coverage and gaps']");
+      const before = await page.locator("#canvas").screenshot();
+      await coverage.tap();
+      assert.equal(await coverage.getAttribute("aria-checked"), "false");
+      await pause(500);
+      assert.notDeepEqual(await page.locator("#canvas").screenshot(), before);
+      await coverage.tap();
+      await tap(page, "nav >> text=Layers");
+    });
+
+    await t.test("measures with a ruler, and how sure that is", async () => {
+      const [from, to] = [position(8), position(20)].map(([x, y]) => [x, y, 0]);
+      await tap(page, "nav >> text=Tools");
+      await tap(page, "#panel >> text=Ruler");
+      await tapGround(page, from);
+      await tapGround(page, to);
+      const [, length, sigma] = /^([\d.]+) m ± ([\d.]+ \w+)$/.exec(await hint(page)) ?? [];
+      const truth = Math.hypot(to[0] - from[0], to[1] - from[1]);
+      const pixel = await page.evaluate(() => 1 / (window.nadir.screenOf(1, 0, 0).x - window.nadir.screenOf(0, 0, 0).x));
+      assert.ok(Math.abs(length - truth) < 3 * pixel + 0.01, `${length} for ${truth}`);
+      assert.ok(parseFloat(sigma) > 0, sigma);
+      await keep(page, `${held}-ruler`);
+      await tap(page, "#hint >> text=Done");
+    });
+
+    await t.test("says which image shows a place, when, from how far and how finely", async () => {
+      const [x, y, z] = position(15);
+      await tap(page, "nav >> text=Tools");
+      await tap(page, "#panel >> text=What is here?");
+      await tapGround(page, [x, y, 0]);
+      const said = await hint(page);
+      const [, image, distance] = /^Image (\d+) at .+, ([\d.]+) m away, [\d.]+ mm a pixel, seen by \d+ images$/.exec(said) ?? [];
+      assert.ok(Math.abs(image - 15) <= 3, said);
+      assert.ok(Math.abs(distance - z) < 0.35 * z, said);
+      await tap(page, "#hint >> text=Done");
+    });
+
+    await t.test("looks straight down in 3D at a tap, and turns under a finger", async () => {
+      await tap(page, "nav >> text=3D");
+      await tap(page, "#zoom >> text=Top");
+      const [below, above] = await page.evaluate(() => [window.nadir.screenOf(0, 0, 0), window.nadir.screenOf(0, 0, 1)]);
+      const centre = { x: viewport.width / 2, y: viewport.height / 2 };
+      const outward = Math.hypot(above.x - below.x, above.y - below.y) / Math.hypot(below.x - centre.x, below.y - centre.y);
+      assert.ok(outward < 0.5, `what is above stands out by ${outward}`);
+      await tap(page, "nav >> text=Map");
+    });
+
+    await t.test("takes a picture of the map", async () => {
+      await tap(page, "nav >> text=Tools");
+      const [download] = await Promise.all([page.waitForEvent("download"), tap(page, "#panel >> text=Screenshot")]);
+      assert.match(download.suggestedFilename(), /^nadir-.+\.png$/);
+      const png = readFileSync(await download.path());
+      assert.equal(png.readUInt32BE(12), 0x49484452);
+      assert.ok(png.length > 20_000, `${png.length} bytes`);
+    });
+
+    await t.test("shows the image with its tie points", async () => {
+      await tap(page, "#live .frame");
+      const count = Number(/(\d+) tie points/.exec(await page.locator("#picture .title").innerText())?.[1]);
+      assert.ok(count > 50, `${count} tie points`);
+      const lit = () => page.evaluate(() => {
+        const canvas = document.querySelector("#picture .overlay");
+        const { data } = canvas.getContext("2d").getImageData(0, 0, canvas.width, canvas.height);
+        return data.filter((_, i) => i % 4 === 3).reduce((sum, alpha) => sum + (alpha > 0 ? 1 : 0), 0);
+      });
+      assert.ok((await lit()) > count, "they are marked");
+      await tap(page, "nav >> text=Layers");
+      await tap(page, "role=switch[name='Tie points']");
+      assert.equal(await lit(), 0);
+      await tap(page, "role=switch[name='Tie points']");
+      await tap(page, "nav >> text=Layers");
+      await tap(page, "nav >> text=Map");
+    });
+
+    await t.test("had no error to report", () => assert.deepEqual(errors, []));
+    run.stop();
+    await run.ended;
+  });
+}
+
+// A dive of which a stretch is missing: tracking is lost where it begins.
+test("a diver who is lost", { timeout: 300_000 }, async (t) => {
+  const torn = path.join(folder, "torn");
+  harness.simulate(torn, "--scene", "pool", "--images", "40", "--stereo", "--seed", SEED);
+  for (const side of ["left", "right"]) {
+    const images = path.join(torn, "images", side);
+    readdirSync(images).sort().forEach((name, i) => {
+      if (i >= 16 && i < 30) rmSync(path.join(images, name));
+    });
+  }
+  const port = await harness.freePort();
+  const browser = await harness.chromium();
+  t.after(() => browser.close());
+  const run = await harness.replay(torn, path.join(folder, "lost"), port, "--rate", "3", "--keep-serving");
+  const { page, errors, read } = await harness.openPage(browser, port);
+
+  await t.test("is cried to across the screen and sees the last good view over the live image", async () => {
+    await page.waitForSelector("#alerts .alert[data-level=bad]", { timeout: 60_000 });
+    const { width } = await page.locator("#alerts .alert").boundingBox();
+    assert.ok(width > 1100, `${width} px wide`);
+    await page.waitForSelector("#picture.lost .ghost", { state: "visible" });
+    await keep(page, "lost");
+    assert.match(await page.locator("#picture .way").innerText(), /^Swim/);
+  });
+
+  await t.test("folds the alert away once it is over, into the list", async () => {
+    await until("found again", read, ({ state }) => state?.tracking === "tracking" || state?.finished, 60);
+    await page.waitForSelector("#alerts .alert[data-level=bad]", { state: "detached", timeout: 30_000 });
+    await tap(page, "nav >> text=Alerts");
+    assert.match(await page.locator("#panel").innerText(), /lost/);
+  });
+  assert.deepEqual(errors, []);
+  run.stop();
+  await run.ended;
+});
