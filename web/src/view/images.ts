@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Compressed pictures to pixels, a few at a time, colours untouched.
 
-const AT_ONCE = 4;
+const AT_ONCE = 8;
 const OPTIONS: ImageBitmapOptions = { colorSpaceConversion: "none", premultiplyAlpha: "none" };
 
 export interface Size {
@@ -18,12 +18,13 @@ export async function decodeNow(file: Blob): Promise<ImageBitmap> {
   return createImageBitmap(file, OPTIONS);
 }
 
-/** The same in its turn. */
-export async function decodeImage(file: Blob): Promise<ImageBitmap> {
+/** The same in its turn; with a side, reduced to a square of so many pixels. */
+export async function decodeImage(file: Blob, side?: number): Promise<ImageBitmap> {
   if (running >= AT_ONCE) await new Promise<void>((go) => waiting.push(go));
   ++running;
   try {
-    return await decodeNow(file);
+    if (side === undefined) return await decodeNow(file);
+    return await createImageBitmap(file, { ...OPTIONS, resizeWidth: side, resizeHeight: side, resizeQuality: "medium" });
   } finally {
     --running;
     waiting.shift()?.();

@@ -67,9 +67,10 @@ export class Mosaics {
     tile.wanted = record.sequence;
     tile.jpeg = jpegFile(record.jpeg);
     tile.mask = record.mask === null ? null : pngFile(record.mask);
-    const picture = await decodeTile(tile);
-    if (tile.wanted === record.sequence) this.paint(tile, picture);
-    close(picture);
+    const small = await decodeTile(tile, THUMB_SIZE);
+    if (tile.wanted === record.sequence) this.paint(tile, small);
+    close(small);
+    if (tile.mesh !== null) await this.renew(tile);
   }
 
   /** Shows in full what is large on the screen; resolves when something has changed. sizeOf: px of a length at a scene
@@ -138,14 +139,21 @@ export class Mosaics {
     return tile;
   }
 
-  private paint(tile: Tile, picture: ImageBitmap | OffscreenCanvas): void {
+  private paint(tile: Tile, small: ImageBitmap | OffscreenCanvas): void {
     if (tile.thumb === null) {
       tile.thumb = this.thumbs.make(orderOf(tile.mosaic));
       ++this.count;
     }
-    tile.thumb.paint(pixels(picture, { width: THUMB_SIZE, height: THUMB_SIZE }).data);
-    if (tile.mesh !== null) dress(tile.mesh, picture);
+    tile.thumb.paint(pixels(small).data);
     this.place(tile);
+  }
+
+  /** The picture of a tile that is shown in full. */
+  private async renew(tile: Tile): Promise<void> {
+    const { wanted } = tile;
+    const picture = await decodeTile(tile);
+    if (tile.wanted === wanted && tile.mesh !== null) dress(tile.mesh, picture);
+    close(picture);
   }
 
   private async enlarge(tile: Tile): Promise<void> {
@@ -247,11 +255,11 @@ function dress(mesh: Mesh<BufferGeometry, MeshBasicMaterial>, picture: ImageBitm
   mesh.material.needsUpdate = true;
 }
 
-/** Its colours, transparent where nothing was seen. */
-async function decodeTile({ jpeg, mask }: Tile): Promise<ImageBitmap | OffscreenCanvas> {
-  const colour = await decodeImage(jpeg);
+/** Its colours, transparent where nothing was seen; reduced to a side of so many pixels. */
+async function decodeTile({ jpeg, mask }: Tile, side?: number): Promise<ImageBitmap | OffscreenCanvas> {
+  const colour = await decodeImage(jpeg, side);
   if (mask === null) return colour;
-  const seen = await decodeImage(mask);
+  const seen = await decodeImage(mask, side);
   const alpha = pixels(seen);
   const image = pixels(colour);
   seen.close();
