@@ -1,18 +1,25 @@
 // SPDX-FileCopyrightText: nadir contributors
 // SPDX-License-Identifier: Apache-2.0
-// What the page asks of the device beside the feed. Whatever changes something there needs the device's token.
+// What the page asks of the device beside the feed; include/nadir/serve/README.md is its written form. Whatever changes
+// something there needs the device's token.
 import { recall, remember } from "./ui/memory";
 
 export interface DiveEntry {
   id: string;
   name: string;
-  /** Seconds since 1970; null where the clock was not set. */
-  begun: number | null;
+  /** UTC as 2026-11-29T19:04:02Z; null where the clock was not set. */
+  begun: string | null;
   images: number | null;
-  areaM2: number | null;
+  area_m2: number | null;
   bytes: number;
   complete: boolean;
   recording: boolean;
+}
+
+/** A dive's files, and its folders of many. */
+export interface Contents {
+  products: Product[];
+  folders: { name: string; files: number; bytes: number }[];
 }
 
 export interface Product {
@@ -89,8 +96,13 @@ export class Api {
     return this.ask("GET", "dives");
   }
 
-  async products(dive: string): Promise<Answer<Product[]>> {
+  async contents(dive: string): Promise<Answer<Contents>> {
     return this.ask("GET", `dives/${dive}`);
+  }
+
+  /** All of a dive in one file. */
+  archiveAddress(dive: string): string {
+    return new URL(`api/dives/${dive}/archive`, location.href).href;
   }
 
   productAddress(dive: string, product: string): string {
@@ -103,8 +115,8 @@ export class Api {
 
   /** Where a tablet may control the device; only the device's own screen is told. */
   async controlAddress(): Promise<string | null> {
-    const answer = await this.ask<{ token: string; address: string }>("GET", "token");
-    return answer.ok ? answer.value.address : null;
+    const answer = await this.ask<{ url: string | null }>("GET", "token");
+    return answer.ok ? answer.value.url : null;
   }
 
   private keepControl(keep: boolean): void {
@@ -133,9 +145,17 @@ export class Api {
       const text = await response.text();
       if (response.ok) return { ok: true, value: (text === "" ? null : JSON.parse(text)) as T };
       if (response.status === 409 && path !== "control/take") this.keepControl(false);
-      return { ok: false, status: response.status, reason: text };
+      return { ok: false, status: response.status, reason: reasonIn(text) };
     } catch {
       return { ok: false, status: 0, reason: "" };
     }
+  }
+}
+
+function reasonIn(text: string): string {
+  try {
+    return String((JSON.parse(text) as { error: unknown }).error);
+  } catch {
+    return text;
   }
 }

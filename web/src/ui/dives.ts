@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: nadir contributors
 // SPDX-License-Identifier: Apache-2.0
-import type { Api, DiveEntry, Product } from "../api";
+import type { Api, DiveEntry } from "../api";
 import { refusal } from "./control";
 import { button, el, icon } from "./dom";
 import type { Rail } from "./rail";
@@ -33,24 +33,27 @@ export class Dives {
   }
 
   private async openDive(dive: DiveEntry): Promise<void> {
-    const answer = await this.api.products(dive.id);
-    const files = answer.ok ? answer.value : [];
+    const answer = await this.api.contents(dive.id);
+    const { products, folders } = answer.ok ? answer.value : { products: [], folders: [] };
     const view = el("a", "wide", icon("map"), el("span", "label", S.dives.view));
     view.href = `?dive=${encodeURIComponent(dive.id)}`;
     this.rail.push(dive.name, () => {
       const parts: HTMLElement[] = [el("p", "", facts(dive))];
       if (!dive.recording) parts.push(view);
-      parts.push(el("h3", "", S.dives.files), el("ul", "files", ...files.map((file) => el("li", "", this.link(dive, file)))));
+      const all = this.link(this.api.archiveAddress(dive.id), `${dive.name}.tar`, S.dives.archive, dive.bytes);
+      const links = products.map((file) => this.link(this.api.productAddress(dive.id, file.id), file.name, file.name, file.bytes));
+      const inArchive = folders.map((folder) => el("p", "none", S.dives.folder(folder.name, count(folder.files), size(folder.bytes))));
+      parts.push(el("h3", "", S.dives.files), el("ul", "files", ...[all, ...links].map((link) => el("li", "", link))), ...inArchive);
       if (!answer.ok) parts.push(el("p", "outcome", refusal(answer)));
       if (!dive.recording) parts.push(button("trash", S.dives.remove, () => { this.confirm(dive); }, "wide danger"));
       return el("div", "form", ...parts);
     });
   }
 
-  private link(dive: DiveEntry, file: Product): HTMLElement {
-    const link = el("a", "wide", icon("save"), el("span", "label", file.name), el("span", "facts", size(file.bytes)));
-    link.href = this.api.productAddress(dive.id, file.id);
-    link.download = file.name.split("/").at(-1) ?? file.name;
+  private link(address: string, name: string, label: string, bytes: number): HTMLElement {
+    const link = el("a", "wide", icon("save"), el("span", "label", label), el("span", "facts", size(bytes)));
+    link.href = address;
+    link.download = name.split("/").at(-1) ?? name;
     return link;
   }
 
@@ -70,11 +73,11 @@ export class Dives {
 
 function facts(dive: DiveEntry): string {
   const parts = [];
-  if (dive.begun !== null) parts.push(new Date(1000 * dive.begun).toLocaleString("en-GB", { dateStyle: "medium", timeStyle: "short" }));
+  if (dive.begun !== null) parts.push(new Date(dive.begun).toLocaleString("en-GB", { dateStyle: "medium", timeStyle: "short" }));
   if (dive.recording) parts.push(S.phases.recording);
   else if (!dive.complete) parts.push(S.dives.cutOff);
   if (dive.images !== null) parts.push(S.dives.images(count(dive.images)));
-  if (dive.areaM2 !== null && dive.areaM2 > 0) parts.push(amount(dive.areaM2, "m²"));
+  if (dive.area_m2 !== null && dive.area_m2 > 0) parts.push(amount(dive.area_m2, "m²"));
   parts.push(size(dive.bytes));
   return parts.join(" · ");
 }

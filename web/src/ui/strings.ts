@@ -164,6 +164,8 @@ export const S = {
     none: "No dives yet",
     view: "Look at it",
     files: "Files",
+    archive: "Everything",
+    folder: (name: string, files: string, size: string) => `${name}: ${files} files, ${size}, in Everything`,
     remove: "Delete",
     removeNow: "Delete for ever",
     sure: (name: string) => `Delete ${name} with all its images and maps? This cannot be undone.`,

@@ -1,0 +1,133 @@
+// SPDX-FileCopyrightText: nadir contributors
+// SPDX-License-Identifier: Apache-2.0
+#include "nadir/record/recorded.hpp"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <opencv2/core.hpp>
+
+#include "nadir/core/check.hpp"
+#include "record/small_dive.hpp"
+
+namespace nadir::record {
+namespace {
+
+struct Given {
+  std::vector<Entry> entries;
+  std::vector<std::pair<MosaicGrid, std::shared_ptr<const Tile>>> tiles;
+};
+
+Given give(const path& dive) {
+  Given given;
+  give_again(dive, {[&](const Entry& entry) { given.entries.push_back(entry); },
+                    [&](const MosaicGrid& grid, const auto& tiles) {
+                      for (const auto& tile : tiles) given.tiles.emplace_back(grid, tile);
+                    }});
+  return given;
+}
+
+class RecordedDive : public testing::Test {
+ protected:
+  void record(bool finish, const DiveInfo& info) {
+    Dive dive(folder_, info, {});
+    dive.add(Alert{7, std::nullopt, AlertKind::camera_lost, "unplugged", "plug it in"});
+    for (int i = 0; i < small_.images; ++i) {
+      Entry entry = small_.entry(static_cast<std::uint64_t>(i));
+      if (i == 2) {
+        auto revision = std::make_shared<Revision>();
+        revision->corrections = {{1, 0, {1, {Eigen::Quaterniond::Identity(), {0, 0, 0.5}}}}};
+        entry.revisions = {revision};
+      }
+      ASSERT_TRUE(dive.add(entry).empty());
+    }
+    if (finish) EXPECT_TRUE(dive.finish({{"images_hz", 2.5}}).empty());
+  }
+
+  SmallDive small_;
+  ScratchFolder scratch_;
+  path folder_ = scratch_ / "dive";
+};
+
+TEST_F(RecordedDive, IsGivenAsItWasPublished) {
+  small_.rejected = 1;
+  record(true, small_.info());
+  const Given given = give(folder_);
+  ASSERT_EQ(given.entries.size(), 4u);
+  EXPECT_EQ(given.entries[0].orientation->alerts.at(0).message, "unplugged");
+  EXPECT_EQ(given.entries[1].orientation->shot->frame, nullptr);
+  EXPECT_EQ(given.entries[1].orientation->alerts.at(0).kind, AlertKind::image_rejected);
+  EXPECT_EQ(
+      given.entries[2].revisions.at(0)->corrections.at(0).corrected_from_live.rigid.translation.z(),
+      0.5);
+  const Entry& last = given.entries[3];
+  EXPECT_EQ(last.orientation->shot->name, "dsc,3");
+  EXPECT_EQ(last.orientation->shot->time, small_.time(3));
+  ASSERT_NE(last.orientation->shot->frame, nullptr);
+  EXPECT_EQ(last.orientation->poses.at(0).survey_from_camera.translation,
+            small_.pose(3).translation);
+  EXPECT_EQ(last.orientation->window->tie_points.at(2).x_in_survey,
+            small_.window(3)->tie_points.at(2).x_in_survey);
+  ASSERT_TRUE(last.cloud->grid);
+  EXPECT_EQ(last.cloud->grid->survey_from_grid, small_.grid(3).survey_from_grid);
+  EXPECT_EQ(cv::norm(last.cloud->grid->bgr, small_.grid(3).bgr, cv::NORM_INF), 0);
+}
+
+// The colour at a survey position, by the tiles that were given.
+std::optional<cv::Vec4b> colour_at(const Given& given, double x, double y) {
+  for (const auto& [grid, tile] : given.tiles) {
+    const int column = static_cast<int>(std::lround((x - grid.world.c) / grid.world.a)) -
+                       tile->column * MosaicGrid::kTileSize;
+    const int row = static_cast<int>(std::lround((y - grid.world.f) / grid.world.e)) -
+                    tile->row * MosaicGrid::kTileSize;
+    const cv::Rect all(0, 0, MosaicGrid::kTileSize, MosaicGrid::kTileSize);
+    if (all.contains({column, row})) return tile->bgra.at<cv::Vec4b>(row, column);
+  }
+  return std::nullopt;
+}
+
+TEST_F(RecordedDive, HasItsMosaicsWhereTheyAreOnTheSurvey) {
+  for (const bool on_earth : {false, true}) {
+    DiveInfo info = small_.info();
+    if (on_earth) info.origin = {.latitude_deg = 60.4, .longitude_deg = 5.3, .height = 0};
+    std::filesystem::remove_all(folder_);
+    record(true, info);
+    const Given given = give(folder_);
+    const WorldFile world = small_.mosaic().world;
+    // Of the tile in column 0, row 0, which has colours in columns 10 to 109, rows 20 to 69.
+    const Eigen::Vector2d inside = world(15, 25);
+    EXPECT_EQ(colour_at(given, inside.x(), inside.y()), cv::Vec4b(1, 2, 3, 255)) << on_earth;
+    const Eigen::Vector2d beside = world(5, 25);
+    EXPECT_EQ(colour_at(given, beside.x(), beside.y()), cv::Vec4b(0, 0, 0, 0)) << on_earth;
+    EXPECT_FALSE(given.tiles.empty());
+    EXPECT_TRUE(std::ranges::all_of(given.tiles, [](const auto& tile) {
+      cv::Mat alpha;
+      cv::extractChannel(tile.second->bgra, alpha, 3);
+      return cv::countNonZero(alpha) > 0;
+    }));
+  }
+}
+
+TEST_F(RecordedDive, IsGivenAsFarAsItGoesWhenItWasCutOff) {
+  record(false, small_.info());
+  const Given given = give(folder_);
+  EXPECT_EQ(given.entries.size(), 4u);
+  EXPECT_TRUE(given.tiles.empty());
+}
+
+TEST_F(RecordedDive, LeavesOutAMosaicWhoseFileIsDamaged) {
+  record(true, small_.info());
+  const path png = folder_ / "mosaic2d/mosaic-000.png";
+  for (const std::uintmax_t size : {0, 30, 200}) {
+    ASSERT_GT(std::filesystem::file_size(png), size);
+    std::filesystem::resize_file(png, size);
+    EXPECT_TRUE(give(folder_).tiles.empty()) << size;
+    EXPECT_EQ(give(folder_).entries.size(), 4u);
+    write_text(png, std::string(1000, 'x'));
+  }
+}
+
+TEST_F(RecordedDive, IsRefusedWhenItIsNone) { EXPECT_THROW(give(scratch_ / "nothing"), InputError); }
+
+}  // namespace
+}  // namespace nadir::record
