@@ -13,6 +13,8 @@
 namespace nadir::record {
 namespace {
 
+using std::filesystem::path;
+
 struct Given {
   std::vector<Entry> entries;
   std::vector<std::pair<MosaicGrid, std::shared_ptr<const Tile>>> tiles;
@@ -34,23 +36,25 @@ class RecordedDive : public testing::Test {
     dive.add(Alert{7, std::nullopt, AlertKind::camera_lost, "unplugged", "plug it in"});
     for (int i = 0; i < small_.images; ++i) {
       Entry entry = small_.entry(static_cast<std::uint64_t>(i));
-      if (i == 2) {
+      if (corrected_ && i == 2) {
         auto revision = std::make_shared<Revision>();
         revision->corrections = {{1, 0, {1, {Eigen::Quaterniond::Identity(), {0, 0, 0.5}}}}};
         entry.revisions = {revision};
       }
       ASSERT_TRUE(dive.add(entry).empty());
     }
-    if (finish) EXPECT_TRUE(dive.finish({{"images_hz", 2.5}}).empty());
+    EXPECT_TRUE(!finish || dive.finish({{"images_hz", 2.5}}).empty());
   }
 
   SmallDive small_;
+  bool corrected_ = false;
   ScratchFolder scratch_;
   path folder_ = scratch_ / "dive";
 };
 
 TEST_F(RecordedDive, IsGivenAsItWasPublished) {
   small_.rejected = 1;
+  corrected_ = true;
   record(true, small_.info());
   const Given given = give(folder_);
   ASSERT_EQ(given.entries.size(), 4u);
@@ -127,7 +131,9 @@ TEST_F(RecordedDive, LeavesOutAMosaicWhoseFileIsDamaged) {
   }
 }
 
-TEST_F(RecordedDive, IsRefusedWhenItIsNone) { EXPECT_THROW(give(scratch_ / "nothing"), InputError); }
+TEST_F(RecordedDive, IsRefusedWhenItIsNone) {
+  EXPECT_THROW(give(scratch_ / "nothing"), InputError);
+}
 
 }  // namespace
 }  // namespace nadir::record
