@@ -47,12 +47,21 @@ bool accepts_gzip(const std::optional<std::string_view>& accept_encoding) {
   return !coding.ends_with(";q=0") && !coding.ends_with("; q=0");
 }
 
+std::optional<Refusal> refusal_of_method(const Request& request, bool call) {
+  const bool post = call && request.method == "POST";
+  const bool known = request.method == "GET" || post || (call && request.method == "DELETE");
+  if (!known && call) return Refusal{405, "only GET, POST and DELETE are understood"};
+  if (!known) return Refusal{405, "only GET is understood"};
+  if (request.body && !post) return Refusal{400, "only a POST has a body"};
+  return std::nullopt;
+}
+
 }  // namespace
 
 std::optional<Refusal> refusal_of(const Request& request, std::string_view local_address,
                                   const std::vector<std::string>& names) {
-  if (request.method != "GET") return Refusal{405, "only GET is understood"};
-  if (request.body) return Refusal{400, "a GET has no body"};
+  const bool call = is_call(request.target) && !request.upgrade;
+  if (const auto refusal = refusal_of_method(request, call)) return refusal;
   if (!request.target.starts_with('/')) return Refusal{400, "not a path"};
   if (request.hosts.size() != 1) return Refusal{400, "one Host is needed"};
   const auto host = host_of(request.hosts[0]);
@@ -61,16 +70,22 @@ std::optional<Refusal> refusal_of(const Request& request, std::string_view local
   if (*host != "localhost" && *host != local_address && !named) {
     return Refusal{421, "this device does not go by that name (serve.names)"};
   }
+  const std::string own = "http://" + std::string(request.hosts[0]);
+  const bool from_own_page = request.origins.size() == 1 && request.origins[0] == own;
   if (request.upgrade) {
-    const std::string own = "http://" + std::string(request.hosts[0]);
-    if (request.origins.size() != 1 || request.origins[0] != own) {
-      return Refusal{403, "the feed is for the page of this device only"};
+    if (!from_own_page) return Refusal{403, "the feed is for the page of this device only"};
+  } else if (call) {
+    const bool changes = request.method != "GET";
+    if (changes && !request.origins.empty() && !from_own_page) {
+      return Refusal{403, "the page of this device only may ask for that"};
     }
   } else if (!accepts_gzip(request.accept_encoding)) {
     return Refusal{406, "the page is only had compressed with gzip"};
   }
   return std::nullopt;
 }
+
+bool is_call(std::string_view target) { return target.starts_with(kApiPath); }
 
 std::string_view path_of(std::string_view target) {
   const std::string_view path = target.substr(0, target.find('?'));

@@ -1,7 +1,8 @@
 // SPDX-FileCopyrightText: nadir contributors
 // SPDX-License-Identifier: Apache-2.0
 // Which requests are answered at all. Against DNS rebinding a request must name this device, and
-// against pages from elsewhere an upgrade must come from the page this device served.
+// against pages from elsewhere an upgrade must come from the page this device served, as must a
+// call that changes anything if it comes from a page.
 #pragma once
 
 #include <optional>
@@ -27,6 +28,9 @@ struct Refusal {
 /// local_address: of the connection, as in a URL: "192.168.2.2" or "[fe80::1]".
 std::optional<Refusal> refusal_of(const Request& request, std::string_view local_address,
                                   const std::vector<std::string>& names);
+
+/// Whether it is under kApiPath.
+bool is_call(std::string_view target);
 
 /// The path to look up, "/index.html" for "/". What follows a question mark is the page's own.
 std::string_view path_of(std::string_view target);

@@ -1,260 +1,30 @@
 // SPDX-FileCopyrightText: nadir contributors
 // SPDX-License-Identifier: Apache-2.0
-// One page's WebSocket, from the handshake to the farewell. Included by web_server.cpp alone, so
-// that Beast is compiled once.
+// One page's WebSocket, from the handshake to the farewell.
 #pragma once
 
-#include <algorithm>
-#include <atomic>
-#include <chrono>
 #include <memory>
-#include <optional>
-#include <span>
-#include <string>
-#include <utility>
 
-// Asio 1.18 leaves out standard headers that must come before it.
-#include <boost/asio/awaitable.hpp>
-#include <boost/asio/co_spawn.hpp>
-#include <boost/asio/ip/tcp.hpp>
-#include <boost/asio/redirect_error.hpp>
-#include <boost/asio/steady_timer.hpp>
-#include <boost/asio/use_awaitable.hpp>
-#include <boost/beast/core/basic_stream.hpp>
-#include <boost/beast/core/flat_buffer.hpp>
-#include <boost/beast/http.hpp>
-#include <boost/beast/websocket.hpp>
-
-#include "backlog.hpp"
-#include "inbound_budget.hpp"
-#include "nadir/serve/web_server.hpp"
+#include "feed.hpp"
+#include "stream.hpp"
 
 namespace nadir::serve {
 
-namespace asio = boost::asio;
-namespace beast = boost::beast;
-namespace http = beast::http;
-namespace websocket = beast::websocket;
-using asio::ip::tcp;
-using boost::system::error_code;
-using Clock = std::chrono::steady_clock;
-using Stream = beast::basic_stream<tcp, asio::any_io_executor, InboundBudget>;
-using HttpRequest = http::request<http::empty_body>;
-
-/// The outcome of what is awaited goes to error, never into an exception.
-inline auto noting(error_code& error) { return asio::redirect_error(asio::use_awaitable, error); }
-
-/// A fault in one connection ends that connection only.
-template <class Executor>
-void spawn(Executor&& executor, asio::awaitable<void> work) {
-  asio::co_spawn(executor, std::move(work), [](const std::exception_ptr&) {});
-}
-
-/// What the server counts.
-struct Tally {
-  using Count = std::atomic<std::uint64_t>;
-  Count connections = 0, clients = 0, sent = 0, refused = 0, timed_out = 0;
-  Count retained_bytes = 0, evicted = 0;
-};
-
-/// What all viewers share.
-struct Feed {
-  std::uint64_t id = 0;  ///< names this run of the server
-  RetainedRecords records;
-  Clock::duration header_timeout, idle_timeout, stall_timeout;
-  int client_bytes;
-  Tally tally;
-};
-
-/// Held by the coroutines that read, write and watch; each ends when the socket is closed.
-class Viewer : public std::enable_shared_from_this<Viewer> {
+class Viewer {
  public:
-  Viewer(Stream stream, Feed& feed)
-      : feed_(feed),
-        socket_(std::move(stream)),
-        wake_(socket_.get_executor()),
-        tick_(socket_.get_executor()) {}
+  /// The feed outlives it.
+  Viewer(Stream stream, Feed& feed);
 
-  /// The whole conversation.
-  asio::awaitable<void> converse(const HttpRequest& request) {
-    set_options();
-    error_code error;
-    co_await socket_.async_accept(request, noting(error));
-    if (!error) {
-      start(watch());
-      const websocket::close_reason reason = co_await listen();
-      if (reason) co_await close(reason);
-    }
-    end();
-  }
-
+  /// The whole conversation; this lives until its end.
+  asio::awaitable<void> converse(const HttpRequest& request);
   /// There are new records.
-  void wake() { wake_.cancel(); }
-
-  void dismiss(const websocket::close_reason& reason) { start(close(reason)); }
+  void wake();
+  /// The server ends.
+  void dismiss();
 
  private:
-  // A page hears no WebSocket pings; an idle server repeats itself well within the silence it
-  // bears.
-  static constexpr auto kBeat = std::chrono::seconds(3);
-  static constexpr std::size_t kMessageBytes = 4 << 10;
-  static constexpr std::size_t kInboundBytes = 8 << 10;  // per look: a hello and pongs are less
-  static constexpr std::size_t kChunkBytes = 16 << 10;   // the grain in which progress is seen
-  static constexpr auto kWrongVersion = static_cast<websocket::close_code>(4000);  // RFC 6455 7.4.2
-
-  void set_options() {
-    Stream& stream = beast::get_lowest_layer(socket_);
-    error_code ignored;
-    stream.socket().set_option(tcp::no_delay(true), ignored);
-    // What lies in the kernel cannot be superseded any more.
-    stream.socket().set_option(tcp::socket::send_buffer_size(feed_.client_bytes), ignored);
-    stream.rate_policy().limit(kInboundBytes);
-    socket_.set_option({feed_.header_timeout, websocket::stream_base::none(), false});
-    socket_.read_message_max(kMessageBytes);
-    socket_.auto_fragment(false);
-    socket_.binary(true);
-    socket_.control_callback([this](websocket::frame_type, beast::string_view) {
-      heard_ = Clock::now();
-      pinged_ = false;
-    });
-  }
-
-  /// A coroutine beside this one, which keeps the viewer alive.
-  void start(asio::awaitable<void> work) {
-    spawn(socket_.get_executor(), hold(shared_from_this(), std::move(work)));
-  }
-  static asio::awaitable<void> hold(std::shared_ptr<Viewer>, asio::awaitable<void> work) {
-    co_await std::move(work);
-  }
-
-  /// Why to close, none when the viewer did.
-  asio::awaitable<websocket::close_reason> listen() {
-    error_code error;
-    beast::flat_buffer message;
-    co_await socket_.async_read(message, noting(error));
-    if (error) co_return websocket::close_reason();
-    const std::span<const std::uint8_t> bytes(
-        static_cast<const std::uint8_t*>(message.data().data()), message.size());
-    const auto hello = wire::decode_hello(bytes);
-    if (!hello || !socket_.got_binary()) co_return not_understood(bytes);
-    const bool resumes = hello->feed == feed_.id && hello->last_sequence <= feed_.records.newest();
-    backlog_.emplace(feed_.records, resumes ? hello->last_sequence : 0);
-    start(send_records());
-
-    message.clear();
-    co_await socket_.async_read(message, noting(error));
-    if (error) co_return websocket::close_reason();
-    co_return websocket::close_reason(websocket::close_code::policy_error,
-                                      "a viewer says hello and nothing else");
-  }
-
-  static websocket::close_reason not_understood(std::span<const std::uint8_t> bytes) {
-    if (bytes.size() < 2 || bytes[0] != wire::kHelloType || bytes[1] == wire::kVersion) {
-      return {websocket::close_code::protocol_error, "the first message is not a hello"};
-    }
-    return {kWrongVersion, "this page speaks protocol " + std::to_string(bytes[1]) +
-                               ", the device " + std::to_string(wire::kVersion) +
-                               ": reload the page"};
-  }
-
-  asio::awaitable<void> send_records() {
-    co_await send(wire::encode(wire::Welcome{feed_.id, feed_.records.newest()}));
-    while (!gone_) {
-      if (const SharedBytes record = backlog_->next()) {
-        co_await send(*record);
-        ++feed_.tally.sent;
-      } else {
-        error_code woken;
-        wake_.expires_after(kBeat);
-        co_await wake_.async_wait(noting(woken));
-        if (!woken && !gone_) co_await send(backlog_->caught_up());
-      }
-    }
-  }
-
-  asio::awaitable<void> send(const wire::Bytes& record) {
-    error_code error;
-    progressed_ = Clock::now();
-    writing_ = true;
-    for (std::size_t begin = 0; begin < record.size() && !error; begin += kChunkBytes) {
-      const std::size_t size = std::min(kChunkBytes, record.size() - begin);
-      const bool last = begin + size == record.size();
-      co_await socket_.async_write_some(last, asio::buffer(record.data() + begin, size),
-                                        noting(error));
-      progressed_ = Clock::now();
-    }
-    writing_ = false;
-    if (error) end();
-  }
-
-  asio::awaitable<void> watch() {
-    const auto period =
-        std::min({feed_.header_timeout, feed_.idle_timeout, feed_.stall_timeout}) / 4;
-    while (!gone_ && !dismissed_) {
-      error_code ignored;
-      tick_.expires_after(period);
-      co_await tick_.async_wait(noting(ignored));
-      if (!gone_ && !dismissed_) look();
-    }
-  }
-
-  void look() {
-    InboundBudget& budget = beast::get_lowest_layer(socket_).rate_policy();
-    if (overdue()) {
-      ++feed_.tally.timed_out;
-      abort();
-    } else if (budget.exceeded()) {
-      ++feed_.tally.refused;
-      start(close({websocket::close_code::policy_error, "too much is said"}));
-    } else if (!pinged_ && Clock::now() - heard_ > feed_.idle_timeout / 2) {
-      pinged_ = true;
-      start(ping());
-    }
-    budget.renew();
-  }
-
-  bool overdue() const {
-    const auto now = Clock::now();
-    if (!backlog_ && now - joined_ > feed_.header_timeout) return true;
-    if (writing_ && now - progressed_ > feed_.stall_timeout) return true;
-    // A pong comes behind what is still under way to a slow viewer.
-    return pinged_ && now - heard_ > (writing_ ? feed_.stall_timeout : feed_.idle_timeout);
-  }
-
-  asio::awaitable<void> ping() {
-    error_code ignored;
-    co_await socket_.async_ping({}, noting(ignored));
-  }
-
-  asio::awaitable<void> close(websocket::close_reason reason) {
-    if (std::exchange(dismissed_, true)) co_return;
-    error_code ignored;
-    co_await socket_.async_close(reason, noting(ignored));
-    end();
-  }
-
-  void end() {
-    gone_ = true;
-    wake_.cancel();
-    tick_.cancel();
-    error_code ignored;
-    beast::get_lowest_layer(socket_).socket().close(ignored);
-  }
-
-  /// Without the kernel waiting for what was sent to arrive.
-  void abort() {
-    error_code ignored;
-    beast::get_lowest_layer(socket_).socket().set_option(tcp::socket::linger(true, 0), ignored);
-    end();
-  }
-
-  Feed& feed_;
-  websocket::stream<Stream> socket_;
-  asio::steady_timer wake_, tick_;
-  std::optional<Backlog> backlog_;  ///< once it said hello
-  const Clock::time_point joined_ = Clock::now();
-  Clock::time_point heard_ = joined_, progressed_ = joined_;
-  bool writing_ = false, pinged_ = false, dismissed_ = false, gone_ = false;
+  class Conversation;
+  std::shared_ptr<Conversation> conversation_;
 };
 
 }  // namespace nadir::serve

@@ -1,13 +1,10 @@
 // SPDX-FileCopyrightText: nadir contributors
 // SPDX-License-Identifier: Apache-2.0
-// All of Beast is in this file: it takes 20 s to compile.
 #include "nadir/serve/web_server.hpp"
 
 #include <fcntl.h>
 #include <pthread.h>
 
-#include <array>
-#include <map>
 #include <random>
 #include <set>
 #include <thread>
@@ -16,26 +13,23 @@
 #include <boost/asio/ip/v6_only.hpp>
 #include <boost/asio/post.hpp>
 
+#include "front.hpp"
 #include "nadir/core/check.hpp"
-#include "request_rules.hpp"
 #include "viewer.hpp"
 
 namespace nadir::serve {
 namespace {
 
-constexpr std::size_t kHeaderBytes = 8 << 10;
 constexpr std::chrono::milliseconds kFarewell{300};
 constexpr std::chrono::milliseconds kAcceptPause{100};  // without descriptors there is no accepting
 constexpr std::chrono::seconds kListenPause{1};
-
-using Response = http::response<http::span_body<const char>>;
 
 using Viewers = std::set<std::shared_ptr<Viewer>>;
 
 /// A viewer among the others while it lives.
 class Seat {
  public:
-  Seat(Viewers& viewers, std::shared_ptr<Viewer> viewer, Tally::Count& count)
+  Seat(Viewers& viewers, std::shared_ptr<Viewer> viewer, Count& count)
       : viewers_(viewers), seat_(viewers.insert(std::move(viewer)).first), count_(count) {
     count_ = viewers_.size();
   }
@@ -49,16 +43,7 @@ class Seat {
  private:
   Viewers& viewers_;
   const Viewers::iterator seat_;
-  Tally::Count& count_;
-};
-
-/// One more while it lives.
-struct Counted {
-  explicit Counted(Tally::Count& c) : count(c) { ++count; }
-  Counted(const Counted&) = delete;
-  Counted& operator=(const Counted&) = delete;
-  ~Counted() { --count; }
-  Tally::Count& count;
+  Count& count_;
 };
 
 Clock::duration from_seconds(double s) {
@@ -68,39 +53,6 @@ Clock::duration from_seconds(double s) {
 std::uint64_t random_id() {
   std::random_device random;
   return std::uint64_t{random()} << 32 | (random() | 1u);  // never 0
-}
-
-/// As it stands in a URL.
-std::string local_address(const Stream& stream) {
-  error_code error;
-  asio::ip::address address = stream.socket().local_endpoint(error).address();
-  if (address.is_v4()) return address.to_string();
-  if (address.to_v6().is_v4_mapped()) {
-    return asio::ip::make_address_v4(asio::ip::v4_mapped, address.to_v6()).to_string();
-  }
-  return '[' + asio::ip::address_v6(address.to_v6().to_bytes()).to_string() + ']';
-}
-
-std::vector<std::string_view> values(const HttpRequest& request, http::field field) {
-  std::vector<std::string_view> all;
-  const auto range = request.equal_range(field);
-  for (auto it = range.first; it != range.second; ++it) {
-    all.emplace_back(it->value().data(), it->value().size());
-  }
-  return all;
-}
-
-Request plain(const HttpRequest& request, bool body) {
-  Request plain;
-  plain.method = {request.method_string().data(), request.method_string().size()};
-  plain.target = {request.target().data(), request.target().size()};
-  plain.hosts = values(request, http::field::host);
-  plain.origins = values(request, http::field::origin);
-  const auto codings = values(request, http::field::accept_encoding);
-  if (!codings.empty()) plain.accept_encoding = codings[0];
-  plain.upgrade = websocket::is_upgrade(request);
-  plain.body = body;
-  return plain;
 }
 
 }  // namespace
@@ -124,7 +76,8 @@ void Config::check() const {
 
 class WebServer::Reactor {
  public:
-  Reactor(Config config, std::vector<Asset> assets, std::optional<int> listening, Listen when);
+  Reactor(Config config, std::vector<Asset> assets, std::optional<int> listening, Listen when,
+          Handler handler);
   ~Reactor() { stop(); }
 
   std::uint16_t port() const { return port_; }
@@ -139,16 +92,12 @@ class WebServer::Reactor {
   asio::awaitable<void> listen_in_time();
   asio::awaitable<void> accept();
   asio::awaitable<void> answer(Stream stream);
-  asio::awaitable<void> reply(Stream& stream, const HttpRequest& request, bool more);
-  asio::awaitable<void> refuse(Stream& stream, Refusal refusal);
-  asio::awaitable<void> send_asset(Stream& stream, const HttpRequest& request, const Asset& asset);
-  asio::awaitable<void> send(Stream& stream, Response& response);
   asio::awaitable<void> view(Stream& stream, const HttpRequest& request);
   asio::awaitable<void> leave();
 
   const Config config_;
-  std::map<std::string, Asset, std::less<>> assets_;
   Feed feed_;
+  Front front_;
   std::atomic<bool> stopped_ = false;
   Viewers viewers_;
   asio::io_context io_{1};  // its end destroys the coroutines, which refer to all above
@@ -160,16 +109,15 @@ class WebServer::Reactor {
 };
 
 WebServer::Reactor::Reactor(Config config, std::vector<Asset> assets, std::optional<int> listening,
-                            Listen when)
+                            Listen when, Handler handler)
     : config_((config.check(), std::move(config))),
       feed_{random_id(),
             RetainedRecords(config_.retained_bytes),
-            from_seconds(config_.header_timeout),
-            from_seconds(config_.idle_timeout),
-            from_seconds(config_.stall_timeout),
+            {from_seconds(config_.header_timeout), from_seconds(config_.idle_timeout),
+             from_seconds(config_.stall_timeout)},
             static_cast<int>(config_.client_bytes),
-            {}} {
-  for (Asset& asset : assets) assets_.emplace(asset.path, asset);
+            {}},
+      front_(config_, feed_, std::move(assets), std::move(handler)) {
   if (listening) {
     take_over(*listening);
   } else if (const error_code error = listen()) {
@@ -258,14 +206,13 @@ void WebServer::Reactor::stop() {
   if (stopped_.exchange(true)) return;
   asio::post(io_, [this] { spawn(io_, leave()); });
   thread_.join();
+  front_.stop();
 }
 
 asio::awaitable<void> WebServer::Reactor::leave() {
   error_code ignored;
   acceptor_.close(ignored);
-  for (const auto& viewer : viewers_) {
-    viewer->dismiss({websocket::close_code::going_away, "the server ends"});
-  }
+  for (const auto& viewer : viewers_) viewer->dismiss();
   farewell_.expires_after(kFarewell);
   if (!viewers_.empty()) co_await farewell_.async_wait(noting(ignored));
   io_.stop();
@@ -290,88 +237,12 @@ asio::awaitable<void> WebServer::Reactor::accept() {
 asio::awaitable<void> WebServer::Reactor::answer(Stream stream) {
   const Counted counted(feed_.tally.connections);
   ::fcntl(stream.socket().native_handle(), F_SETFD, FD_CLOEXEC);
-  beast::flat_buffer buffer(kHeaderBytes + 1);
-  http::request_parser<http::empty_body> parser;
-  parser.header_limit(kHeaderBytes);
-  error_code error;
-  stream.expires_after(feed_.header_timeout);
-  co_await http::async_read_header(stream, buffer, parser, noting(error));
-  if (error == http::error::header_limit || error == http::error::buffer_overflow) {
-    co_await refuse(stream, {431, "the header is too long"});
-  } else if (!error) {
-    // A body, or anything sent before the answer, as before a WebSocket is open.
-    const bool more =
-        buffer.size() > 0 || parser.chunked() || parser.content_length().value_or(0) > 0;
-    co_await reply(stream, parser.get(), more);
-  } else if (error.category() == make_error_code(http::error::bad_line_ending).category() &&
-             error != http::error::end_of_stream && error != http::error::partial_message) {
-    co_await refuse(stream, {400, "not HTTP/1.1"});
-  }
-}
-
-asio::awaitable<void> WebServer::Reactor::reply(Stream& stream, const HttpRequest& request,
-                                                bool more) {
-  const Request question = plain(request, more);
-  const std::string_view path = path_of(question.target);
-  const auto asset = assets_.find(path);
-  if (const auto refusal = refusal_of(question, local_address(stream), config_.names)) {
-    co_await refuse(stream, *refusal);
-  } else if (question.upgrade && path == kFeedPath) {
-    if (viewers_.size() < config_.max_clients) {
-      co_await view(stream, request);
-    } else {
-      co_await refuse(stream, {503, "as many viewers as this device serves are watching"});
-    }
-  } else if (path == kFeedPath) {
-    co_await refuse(stream, {426, "this is a WebSocket"});
-  } else if (question.upgrade || asset == assets_.end()) {
-    co_await refuse(stream, {404, "not found"});
+  const std::optional<HttpRequest> for_feed = co_await front_.answer(stream);
+  if (!for_feed) co_return;
+  if (viewers_.size() < config_.max_clients) {
+    co_await view(stream, *for_feed);
   } else {
-    co_await send_asset(stream, request, asset->second);
-  }
-}
-
-asio::awaitable<void> WebServer::Reactor::refuse(Stream& stream, Refusal refusal) {
-  ++feed_.tally.refused;
-  Response response;
-  response.result(refusal.status);
-  response.set(http::field::content_type, "text/plain; charset=utf-8");
-  response.set("Content-Security-Policy", "default-src 'none'");
-  if (refusal.status == 405) response.set(http::field::allow, "GET");
-  if (refusal.status == 426) response.set(http::field::upgrade, "websocket");
-  response.body() = {refusal.reason.data(), refusal.reason.size()};
-  co_await send(stream, response);
-}
-
-asio::awaitable<void> WebServer::Reactor::send_asset(Stream& stream, const HttpRequest& request,
-                                                     const Asset& asset) {
-  Response response;
-  const auto host = values(request, http::field::host)[0];
-  response.set(http::field::content_type, asset.content_type);
-  response.set(http::field::content_encoding, "gzip");
-  response.set(http::field::cache_control, "no-cache");
-  response.set("Content-Security-Policy", content_security_policy(host));
-  response.set("Cross-Origin-Resource-Policy", "same-origin");
-  response.set("Referrer-Policy", "no-referrer");
-  response.body() = {reinterpret_cast<const char*>(asset.gzip.data()), asset.gzip.size()};
-  co_await send(stream, response);
-}
-
-/// One answer to a connection: nothing can be smuggled in behind the request.
-asio::awaitable<void> WebServer::Reactor::send(Stream& stream, Response& response) {
-  response.version(11);
-  response.keep_alive(false);
-  response.set("X-Content-Type-Options", "nosniff");
-  response.prepare_payload();
-  error_code error;
-  stream.expires_after(feed_.stall_timeout);
-  co_await http::async_write(stream, response, noting(error));
-  stream.socket().shutdown(tcp::socket::shutdown_send, error);
-  // Closing on what was not read would reset the connection and take the answer with it.
-  stream.expires_after(feed_.header_timeout);
-  std::array<char, 4096> rest;
-  for (int reads = 0; reads < 16 && !error; ++reads) {
-    co_await stream.async_read_some(asio::buffer(rest), noting(error));
+    co_await front_.refuse(stream, {503, "as many viewers as this device serves are watching"});
   }
 }
 
@@ -386,9 +257,9 @@ asio::awaitable<void> WebServer::Reactor::view(Stream& stream, const HttpRequest
 }
 
 WebServer::WebServer(Config config, std::vector<Asset> assets, std::optional<int> listening,
-                     Listen listen)
-    : reactor_(std::make_unique<Reactor>(std::move(config), std::move(assets), listening, listen)) {
-}
+                     Listen listen, Handler handler)
+    : reactor_(std::make_unique<Reactor>(std::move(config), std::move(assets), listening, listen,
+                                         std::move(handler))) {}
 WebServer::~WebServer() = default;
 std::uint16_t WebServer::port() const { return reactor_->port(); }
 const std::string& WebServer::listen_fault() const { return reactor_->listen_fault(); }

@@ -87,5 +87,31 @@ TEST(RequestRules, FindThePathBeforeTheQuery) {
   EXPECT_EQ(path_of("/assets/a.js?b=/c"), "/assets/a.js");
 }
 
+Request call(std::string_view method, std::vector<std::string_view> origins, bool body = false) {
+  return {method, "/api/x", {"localhost:8765"}, std::move(origins), "identity", false, body};
+}
+
+TEST(RequestRules, LetCallsChangeThingsForThePageOfTheSameHostOrNoPage) {
+  const std::string_view own = "http://localhost:8765";
+  for (const auto* method : {"POST", "DELETE"}) {
+    EXPECT_EQ(status(call(method, {own})), 200u) << method;
+    EXPECT_EQ(status(call(method, {})), 200u) << method;
+    EXPECT_EQ(status(call(method, {"null"})), 403u) << method;
+    EXPECT_EQ(status(call(method, {"http://localhost:8766"})), 403u) << method;
+    EXPECT_EQ(status(call(method, {own, own})), 403u) << method;
+  }
+  EXPECT_EQ(status(call("GET", {"http://elsewhere"})), 200u);  // which cannot read the answer
+}
+
+TEST(RequestRules, KnowThreeMethodsOfCallsAndOneElsewhere) {
+  EXPECT_EQ(status(call("POST", {}, true)), 200u);
+  EXPECT_EQ(status(call("GET", {}, true)), 400u);
+  EXPECT_EQ(status(call("DELETE", {}, true)), 400u);
+  EXPECT_EQ(status(call("PUT", {})), 405u);
+  EXPECT_EQ(status(call("", {})), 405u);
+  EXPECT_EQ(status({"POST", "/apis", {"localhost"}, {}, "gzip"}), 405u);
+  EXPECT_EQ(status({"POST", "/api/x", {"localhost"}, {}, {}, true}), 405u);
+}
+
 }  // namespace
 }  // namespace nadir::serve

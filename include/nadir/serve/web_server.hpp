@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: nadir contributors
 // SPDX-License-Identifier: Apache-2.0
-// The HTTP and WebSocket server: hands out the page and streams records to its viewers, in a thread
-// of its own. Read-only: a viewer says hello and nothing else. RFC 9110, RFC 6455; the protocol is
-// in nadir/wire/README.md.
+// The HTTP and WebSocket server: hands out the page, streams records to its viewers, in a thread of
+// its own, and has calls answered, in another. A viewer says hello and nothing else. RFC 9110, RFC
+// 6455; the protocol is in nadir/wire/README.md.
 #pragma once
 
 #include <cstddef>
@@ -14,6 +14,7 @@
 #include <string_view>
 #include <vector>
 
+#include "nadir/serve/call.hpp"
 #include "nadir/wire/envelope.hpp"
 
 namespace nadir::serve {
@@ -30,9 +31,9 @@ struct Config {
   std::size_t max_clients = 32;            ///< viewers at a time
   std::size_t client_bytes = 128 << 10;    ///< kernel send buffer of a viewer: what may be stale
   std::size_t retained_bytes = 64u << 20;  ///< of records kept for late viewers; oldest data go
-  double header_timeout = 5;               ///< s, for a request's header and for the hello
+  double header_timeout = 5;               ///< s, for a header and for the hello; a body: twice
   double idle_timeout = 10;                ///< s without an answer to a ping
-  double stall_timeout = 30;               ///< s in which a viewer took nothing of what it is sent
+  double stall_timeout = 30;               ///< s in which nothing was taken of what is sent
 
   /// Throws InputError.
   void check() const;
@@ -63,8 +64,9 @@ class WebServer {
   /// Throws InputError when it cannot listen, with the address and the remedy.
   /// listening: a TCP socket that does already, of systemd; instead of address and port. Owned from
   /// then on.
+  /// handler: of calls; without one there are none.
   WebServer(Config config, std::vector<Asset> assets, std::optional<int> listening = {},
-            Listen listen = Listen::at_once);
+            Listen listen = Listen::at_once, Handler handler = {});
   ~WebServer();
 
   /// 0 while it does not listen yet.
@@ -73,7 +75,7 @@ class WebServer {
   const std::string& listen_fault() const;
 
   /// Gives the record its sequence and sends it to every viewer, now and later. Does not wait for
-  /// any of them. From one thread.
+  /// any of them. Any thread; those of one thread in their order.
   void publish(Lane lane, std::uint64_t key, wire::Bytes record);
 
   struct Stats {
@@ -87,7 +89,8 @@ class WebServer {
   /// Any thread.
   Stats stats() const;
 
-  /// Says goodbye to the viewers and ends, within a second. Publishing after it does nothing.
+  /// Says goodbye to the viewers and ends, within a second and what the call at work still takes.
+  /// Publishing after it does nothing.
   void stop();
 
  private:

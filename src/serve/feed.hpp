@@ -1,0 +1,44 @@
+// SPDX-FileCopyrightText: nadir contributors
+// SPDX-License-Identifier: Apache-2.0
+// What all connections share.
+#pragma once
+
+#include <atomic>
+#include <chrono>
+#include <cstdint>
+
+#include "retained_records.hpp"
+
+namespace nadir::serve {
+
+/// One thread changes it, any reads it.
+using Count = std::atomic<std::uint64_t>;
+
+/// One more while it lives.
+struct Counted {
+  explicit Counted(Count& c) : count(c) { ++count; }
+  Counted(const Counted&) = delete;
+  Counted& operator=(const Counted&) = delete;
+  ~Counted() { --count; }
+  Count& count;
+};
+
+/// What the server counts.
+struct Tally {
+  Count connections = 0, clients = 0, sent = 0, refused = 0, timed_out = 0;
+  Count retained_bytes = 0, evicted = 0;
+};
+
+struct Timeouts {
+  std::chrono::steady_clock::duration header, idle, stall;
+};
+
+struct Feed {
+  std::uint64_t id = 0;  ///< names this run of the server
+  RetainedRecords records;
+  Timeouts timeouts;
+  int client_bytes;
+  Tally tally;
+};
+
+}  // namespace nadir::serve

@@ -1,0 +1,49 @@
+// SPDX-FileCopyrightText: nadir contributors
+// SPDX-License-Identifier: Apache-2.0
+// One request of a connection and its answer: the page, a call, a download. Who asks for the feed
+// is handed on.
+#pragma once
+
+#include <map>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "answer_rules.hpp"
+#include "feed.hpp"
+#include "nadir/serve/web_server.hpp"
+#include "request_rules.hpp"
+#include "stream.hpp"
+#include "worker.hpp"
+
+namespace nadir::serve {
+
+class Front {
+ public:
+  /// config and feed outlive it.
+  Front(const Config& config, Feed& feed, std::vector<Asset> assets, Handler handler);
+
+  /// The request when it is a proper one for the feed; else it was answered.
+  asio::awaitable<std::optional<HttpRequest>> answer(Stream& stream);
+  asio::awaitable<void> refuse(Stream& stream, Refusal refusal, bool of_call = false);
+  /// Waits for the call at work. The reactor has stopped.
+  void stop() { worker_.stop(); }
+
+ private:
+  struct Reading;
+  asio::awaitable<void> answer_call(Stream& stream, Reading& reading);
+  asio::awaitable<void> send(Stream& stream, const Answer& answer);
+  asio::awaitable<void> send_file(Stream& stream, const HttpRequest& request, const Answer& answer);
+  asio::awaitable<void> send_bytes(Stream& stream, const Download& download, Part part);
+  asio::awaitable<void> send_asset(Stream& stream, const HttpRequest& request, const Asset& asset);
+
+  const Config& config_;
+  Feed& feed_;
+  std::map<std::string, Asset, std::less<>> assets_;
+  const Handler handler_;
+  Count calls_ = 0, downloads_ = 0;
+  Worker worker_;
+};
+
+}  // namespace nadir::serve
