@@ -79,6 +79,7 @@ double sum_of(const cv::Mat1w& cells) { return cells.empty() ? 0 : cv::sum(cells
 /// What is to be covered and what of it was seen, by blocks of side x side cells.
 struct Coverage::Blocks {
   int side = 1;
+  double radius = 0;       ///< of the closing, cells
   bool cut = false;        ///< not all that was seen or is to be covered is in it
   cv::Rect tiles;          ///< that it holds
   cv::Rect frame;          ///< in blocks of the whole raster: those of the tiles and a margin
@@ -102,6 +103,7 @@ struct Coverage::Blocks {
 void Coverage::Blocks::begin(const cv::Rect& held, double radius_in_cells) {
   const int across = kSide / side, margin = margin_of(radius_in_cells, side);
   tiles = held;
+  radius = radius_in_cells;
   frame = grown({across * tiles.x, across * tiles.y, across * tiles.width, across * tiles.height},
                 margin, margin);
   wanted = cv::Mat1w::zeros(frame.size());
@@ -137,7 +139,7 @@ Polygon Coverage::in_cells(const Polygon& polygon) const {
 void Coverage::add(const Footprint& footprint) {
   counts_.add(footprint);
   if (cell() == 0) return;
-  if (width_ == 0) width_ = footprint.width;
+  if (!first_) first_ = {footprint.image, footprint.submap, {}, footprint.width, footprint.length};
   const Eigen::Vector3d x_in_survey =
       corrections().at(footprint.submap, footprint.image) * footprint.corners.front();
   const Eigen::Vector2d at = in_cells({x_in_survey.head<2>()}).front();
@@ -154,11 +156,21 @@ void Coverage::aim(std::optional<Polygon> ground) {
   aimed_anew_ = true;
 }
 
-double Coverage::radius_in_cells() const { return aim_ ? 0 : kClosing * width_ / cell(); }
+double Coverage::footprint_width() const {
+  return first_ ? first_->width * corrections().at(first_->submap, first_->image).scale : 0;
+}
+
+double Coverage::radius_in_cells() const {
+  return aim_ ? 0 : kClosing * footprint_width() / cell();
+}
 
 // Tiles.
 cv::Rect Coverage::extent() const {
-  if (aim_) return tiles_around(bounds(in_cells(*aim_)));
+  constexpr int kFarthest = 1 << 18;
+  if (aim_) {
+    return tiles_around(bounds(in_cells(*aim_))) &
+           cv::Rect(-kFarthest, -kFarthest, 2 * kFarthest, 2 * kFarthest);
+  }
   cv::Rect tiles;
   for (const Place& place : counts_.places()) tiles |= cv::Rect(place.column, place.row, 1, 1);
   return tiles;
@@ -167,6 +179,8 @@ cv::Rect Coverage::extent() const {
 bool Coverage::must_be_framed_anew() const {
   if (!blocks_ || aimed_anew_) return true;
   if (aim_) return false;
+  constexpr double kOther = 0.1;  // of the radius: the map was scaled meanwhile
+  if (std::abs(radius_in_cells() - blocks_->radius) > kOther * blocks_->radius) return true;
   if (blocks_->cut) return newest_ && !blocks_->holds(*newest_);
   const cv::Rect tiles = extent();
   return !contains(blocks_->tiles, tiles) || block_side(tiles, radius_in_cells()) != blocks_->side;

@@ -41,8 +41,8 @@ class Coverage {
   std::vector<Place> update();
 
   double cell() const { return counts_.cell(); }
-  /// Of the first footprint, 0 before it.
-  double footprint_width() const { return width_; }
+  /// Of the first footprint, as corrected; 0 before it.
+  double footprint_width() const;
   const Corrections& corrections() const { return counts_.corrections(); }
 
   /// Of each cell: images that show it, at most 127; 128 more where it is to be covered.
@@ -69,7 +69,7 @@ class Coverage {
   void find_gaps();
 
   Counts counts_;
-  double width_ = 0;
+  std::optional<Footprint> first_;  ///< without its corners
   std::optional<Polygon> aim_;
   bool aimed_anew_ = false;
   std::optional<Place> newest_;  ///< tile of the last footprint
