@@ -46,6 +46,10 @@ void Config::check() const {
   plane.check();
   mosaic2d.check();
   projection3d.check();
+  plan.check();
+  guide.check();
+  const auto origin = reference::parse_origin(reference.origin);
+  (void)planned(plan, origin ? std::optional<reference::UtmGrid>(*origin) : std::nullopt);
   record.check();
   serve.check();
 }

@@ -9,6 +9,7 @@
 #include <variant>
 #include <vector>
 
+#include "guide_config.hpp"
 #include "nadir/capture/source.hpp"
 #include "nadir/mosaic2d/mosaicker.hpp"
 #include "nadir/odometry/visual_odometry.hpp"
@@ -30,6 +31,8 @@ struct Config {
   plane::Config plane;
   mosaic2d::Config mosaic2d;
   projection3d::Config projection3d;
+  PlanConfig plan;
+  GuideConfig guide;
   record::Config record;
   sensors::Config sensors;
   serve::Config serve;

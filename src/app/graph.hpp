@@ -15,6 +15,7 @@
 #include <atomic>
 #include <chrono>
 #include <functional>
+#include <limits>
 #include <memory>
 #include <optional>
 #include <stop_token>
@@ -95,6 +96,9 @@ class Graph {
   /// What was found of the equipment, for the page. By one thread.
   void show(const wire::Check& check);
 
+  /// For the page's dials. UTC is as sensors tell it when the board does not know it. Any thread.
+  void note(Board board);
+
   /// Of every stage but sensors, which waits for devices that may hang.
   std::vector<pipeline::StageActivity> activities() const;
 
@@ -155,6 +159,8 @@ class Graph {
 
   std::atomic<Economy> economy_ = Economy::none;
   std::uint64_t surfaces_projected_ = 0;
+  static constexpr Time kUnknown = std::numeric_limits<Time>::min();
+  std::atomic<Time> utc_offset_ = kUnknown;  ///< as sensors told it, of now
   std::stop_source stop_;
   std::atomic<bool> started_ = false;  ///< every stage exists
   std::atomic<Shared<Orientation>> newest_;

@@ -84,6 +84,7 @@ bool Graph::listen() {
 
 void Graph::hear(const sensors::Heard& heard) {
   vehicle_.hear(heard.input, heard.time, heard.reading);
+  utc_offset_ = vehicle_.utc_offset().value_or(kUnknown);
 }
 
 // What the vehicle's sensors say of a live image.
@@ -187,6 +188,13 @@ void Graph::economise(Economy economy, const std::string& reason, Time now) {
 
 void Graph::show(const wire::Check& check) {
   if (ends_.page) page_checks_.push(std::make_shared<const wire::Check>(check));
+}
+
+void Graph::note(Board board) {
+  if (!ends_.page) return;
+  const Time by_sensors = utc_offset_;
+  if (!board.utc_offset && by_sensors != kUnknown) board.utc_offset = by_sensors;
+  ends_.page->note(board);
 }
 
 void Graph::publish_statistics() {

@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "image_check.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <numbers>
 
@@ -32,6 +33,17 @@ std::vector<Finding> check_picture(const Health& health) {
            blurred ? "clean the port, focus for the working distance under water, or look at "
                      "something with texture"
                    : ""}};
+}
+
+double blur_px(const Health& health, double weak_sharpness) {
+  constexpr double kMost = 10;
+  if (!(health.sharpness > 0)) return kMost;
+  return std::min(kMost, std::sqrt(weak_sharpness / health.sharpness));
+}
+
+double motion_blur_px(double speed_px, double exposure_ms) {
+  constexpr double kMilliseconds = 1000;
+  return speed_px * exposure_ms / kMilliseconds;
 }
 
 Finding check_skew(std::optional<Time> skew, double most_ms) {

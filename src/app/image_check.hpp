@@ -20,6 +20,13 @@ Finding check_rate(double rate_hz, double wanted_hz);
 /// Exposure and focus.
 std::vector<Finding> check_picture(const Health& health);
 
+/// How far an edge is smeared, by the picture's sharpness: 1 px where it is called blurred
+/// (weak_sharpness), half as much at four times the sharpness; at most 10 px.
+double blur_px(const Health& health, double weak_sharpness);
+
+/// By the motion of the ground in the image, px a second, during the exposure.
+double motion_blur_px(double speed_px, double exposure_ms);
+
 /// Between the stamps of a pair.
 Finding check_skew(std::optional<Time> skew, double most_ms);
 

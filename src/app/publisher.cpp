@@ -70,8 +70,9 @@ wire::CameraInfo camera_info(const CameraModel& camera) {
 
 }  // namespace
 
-Publisher::Publisher(serve::WebServer& server, std::string input, std::uint64_t images_total)
-    : server_(server) {
+Publisher::Publisher(serve::WebServer& server, std::string input, std::uint64_t images_total,
+                     const Config& config)
+    : server_(server), guide_(config) {
   state_.input = std::move(input);
   state_.images_total = images_total;
   send_state();
@@ -92,15 +93,25 @@ void Publisher::send_state() {
   send(serve::Lane::state, state_);
 }
 
+void Publisher::send(const Guide::Told& told) {
+  for (const wire::CoverageTile& tile : told.tiles) send(serve::Lane::data, tile);
+  if (told.guidance) send(serve::Lane::state, *told.guidance);
+  if (told.measures) send(serve::Lane::state, *told.measures);
+  if (told.last_view) send(serve::Lane::data, *told.last_view);
+  if (told.way_back) send(serve::Lane::state, *told.way_back);
+}
+
 void Publisher::publish(const Orientation& orientation) {
   if (orientation.window) window_ = orientation.window;
+  std::optional<wire::LiveImage> live;
   if (const Shot* shot = orientation.shot.get()) {
     state_.captured = shot->image + 1;
     state_.dropped += shot->dropped_before + shot->missed_before + (shot->frame ? 0 : 1);
     state_.image = shot->image;
     state_.time = shot->time;
     for (const Alert& alert : shot->alerts) publish(alert);
-    if (shot->frame) send_live_image(orientation);
+    // A recorded dive has no pixels.
+    if (shot->frame && !shot->frame->colour.empty()) live = send_live_image(orientation);
   }
   for (const Alert& alert : orientation.alerts) publish(alert);
   for (const ImagePose& pose : orientation.poses) {
@@ -125,23 +136,27 @@ void Publisher::publish(const Orientation& orientation) {
   state_.lost += orientation.lost.size();
   state_.tie_points = tie_points_.size();
   send_state();
+  guide_.observe(orientation, live ? &*live : nullptr);
+  send(guide_.tell(Clock::now()));
 }
 
-void Publisher::send_live_image(const Orientation& orientation) {
+// None when the last was sent just now.
+std::optional<wire::LiveImage> Publisher::send_live_image(const Orientation& orientation) {
   const Frame& frame = *orientation.shot->frame;
   if (!camera_sent_) send(serve::Lane::state, camera_info(frame.rig->left));
   camera_sent_ = true;
   const Clock::time_point now = Clock::now();
-  if (now - live_sent_ < (slow_ ? kSlowLivePeriod : kLivePeriod)) return;
+  if (now - live_sent_ < (slow_ ? kSlowLivePeriod : kLivePeriod)) return std::nullopt;
   live_sent_ = now;
   cv::Mat small = frame.colour;
   if (frame.colour.cols > kLiveWidth) {
     const double ratio = static_cast<double>(kLiveWidth) / frame.colour.cols;
     cv::resize(frame.colour, small, {}, ratio, ratio, cv::INTER_AREA);
   }
-  send(serve::Lane::live,
-       wire::LiveImage{frame.image, frame.time, image_io::encode_jpeg(small, kLiveQuality),
-                       window_ ? tie_points_in(orientation, *window_) : kNoTiePoints});
+  wire::LiveImage live{frame.image, frame.time, image_io::encode_jpeg(small, kLiveQuality),
+                       window_ ? tie_points_in(orientation, *window_) : kNoTiePoints};
+  send(serve::Lane::live, live);
+  return live;
 }
 
 void Publisher::publish(const Surface& surface) {
@@ -157,6 +172,8 @@ void Publisher::publish(const Cloud& cloud) {
        wire::PlaneColour{cloud.grid->image, image_io::encode_jpeg(cloud.grid->bgr, kGridQuality)});
   ++state_.planes;
   send_state();
+  guide_.observe(cloud);
+  send(guide_.tell(Clock::now()));
 }
 
 void Publisher::publish(const MosaicUpdate& mosaic) {
@@ -216,6 +233,7 @@ void Publisher::publish(const Revision& revision) {
     if (submap == state_.submap) state_.scale = scale;
   }
   if (!revision.scales.empty()) send_state();
+  guide_.observe(revision);
   if (revision.corrections.empty()) return;
   std::set<std::uint64_t> moved;  // key frames
   for (const Correction& correction : revision.corrections) {
@@ -257,6 +275,7 @@ void Publisher::finish(std::uint32_t dropped_at_end) {
   state_.captured += dropped_at_end;
   state_.dropped += dropped_at_end;
   state_.finished = true;
+  send(guide_.finish());
   send_state();
 }
 

@@ -11,6 +11,7 @@
 #include <string>
 #include <tuple>
 
+#include "guide.hpp"
 #include "nadir/core/cloud.hpp"
 #include "nadir/core/revision.hpp"
 #include "nadir/core/tile.hpp"
@@ -24,7 +25,8 @@ namespace nadir::app {
 class Publisher {
  public:
   /// images_total 0: unknown. The server must outlive this.
-  Publisher(serve::WebServer& server, std::string input, std::uint64_t images_total);
+  Publisher(serve::WebServer& server, std::string input, std::uint64_t images_total,
+            const Config& config = {});
 
   void publish(const Orientation& orientation);
   /// From the next live image on. Any thread.
@@ -37,6 +39,12 @@ class Publisher {
   void publish(const Alert& alert);
   void publish(const std::vector<StageStats>& stages);
   void publish(const wire::Check& check);
+  /// For the dials, see Guide. Any thread.
+  void note(const Board& board) { guide_.note(board); }
+  /// What is to be covered from now on, see Guide. Any thread.
+  void plan(std::optional<coverage::Plan> plan) { guide_.plan(std::move(plan)); }
+  /// Without somebody who notes its free space. Before all else.
+  void watch_disk(const std::filesystem::path& folder) { guide_.watch_disk(folder); }
   /// The dive is mapped; dropped_at_end: images dropped after the last shot.
   void finish(std::uint32_t dropped_at_end);
 
@@ -46,13 +54,15 @@ class Publisher {
   template <class Record>
   void send(serve::Lane lane, const Record& record);
   void send_state();
-  void send_live_image(const Orientation& orientation);
+  std::optional<wire::LiveImage> send_live_image(const Orientation& orientation);
+  void send(const Guide::Told& told);
   void send_corrected(const ImagePose& pose);
   void send_corrected(wire::PlaneGrid grid);
   void send_corrected(const wire::TiePoints& block);
   void send_corrected(const MosaicGrid& grid, std::uint64_t first_image);
 
   serve::WebServer& server_;
+  Guide guide_;
   wire::State state_;
   wire::TiePointBlocks tie_points_;
   // As odometry left them, to be sent again when corrected.

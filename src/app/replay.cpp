@@ -54,7 +54,8 @@ int run(const Replay& replay) {
   std::optional<Publisher> page;
   if (replay.serve) {
     server.emplace(config.serve, page_assets());
-    page.emplace(*server, replay.folder.filename().string(), source.size());
+    page.emplace(*server, replay.folder.filename().string(), source.size(), config);
+    page->watch_disk(replay.dive);
   }
   const nlohmann::json input{{"folder", replay.folder.string()}, {"images", source.size()}};
   record::Dive dive(replay.dive, dive_info(input, engine(replay), config), config.record);

@@ -37,6 +37,10 @@ Time monotonic_now() {
   return std::chrono::nanoseconds(Watch::Clock::now().time_since_epoch()).count();
 }
 
+Time utc_now() {
+  return std::chrono::nanoseconds(std::chrono::system_clock::now().time_since_epoch()).count();
+}
+
 void log(const Alert& alert) {
   std::fprintf(stderr, "%s: %s; %s\n", std::string(to_string(alert.kind)).c_str(),
                alert.message.c_str(), alert.remedy.c_str());
@@ -168,9 +172,7 @@ Config Beginning::with_variation() {
 // Null when told to stop.
 std::unique_ptr<record::Dive> Beginning::begin_dive(capture::CameraSource& cameras,
                                                     record::Disk& disk) {
-  const Time to_utc =
-      std::chrono::nanoseconds(std::chrono::system_clock::now().time_since_epoch()).count() -
-      monotonic_now();
+  const Time to_utc = utc_now() - monotonic_now();
   // Images are stamped by a clock that begins with the computer.
   const nlohmann::json input{{"camera", config_.capture.camera},
                              {"camera_right", config_.capture.camera_right},
@@ -203,6 +205,15 @@ std::string in_words(const Graph& graph) {
   return text.data();
 }
 
+Board board_of(const Load& load, Watch::Clock::time_point now, DiskForecast& forecast) {
+  Board board{.battery = load.battery, .temperature_deg = load.temperature_deg};
+  if (load.free_disk_gb) {
+    board.free_bytes = 1e9 * *load.free_disk_gb;
+    board.recording_left_s = forecast.observe(now, *board.free_bytes);
+  }
+  return board;
+}
+
 // Until told to stop or a stage has ended by a fault. A stage that hangs cannot be ended: the
 // process has to be, and the journal is whole at any instant.
 void supervise(Graph& graph, const Config& config, ServiceManager& manager, Heartbeat& heart,
@@ -211,6 +222,7 @@ void supervise(Graph& graph, const Config& config, ServiceManager& manager, Hear
   Watch watch;
   Ladder ladder;
   DropRate drop_rate;
+  DiskForecast forecast;
   std::mutex alone;
   std::unique_lock lock(alone);
   while (!stop.stop_requested()) {
@@ -227,6 +239,10 @@ void supervise(Graph& graph, const Config& config, ServiceManager& manager, Hear
     graph.economise(economy, ladder.reason(), monotonic_now());
     heart.beat(5s);
     if (const auto found = check.mapping(now, load, graph, cameras.skew())) graph.show(*found);
+    Board board = board_of(load, now, forecast);
+    board.exposure_ms = cameras.exposure_ms();
+    if (clock_is_set()) board.utc_offset = utc_now() - monotonic_now();
+    graph.note(board);
     manager.status(in_words(graph));
     std::condition_variable_any().wait_for(lock, stop, 500ms, [] { return false; });
   }
@@ -296,7 +312,7 @@ int run(const Run& live) {
   const auto server = open_page(config.serve, manager);
   manager.ready();
   const Recoveries recoveries(unfinished_dives(config.record.dives));
-  Publisher page(*server, "live", 0);
+  Publisher page(*server, "live", 0, config);
   LiveCheck check(config);
   Beginning beginning(config, manager, heart, page, stop.get_token());
   const auto cameras = beginning.open_cameras(check);

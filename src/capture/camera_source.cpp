@@ -145,7 +145,8 @@ struct CameraSource::State {
   std::atomic<Time> last_skew = kNoSkew;
   std::atomic<double> speed_px = 0;  ///< of the ground in the images, a second
   std::optional<ExposureControl> exposure;
-  int exposed = 0;  ///< which opening of the camera it steers
+  std::atomic<double> exposure_ms = 0;  ///< 0: unknown
+  int exposed = 0;                      ///< which opening of the camera it steers
 };
 
 CameraSource::CameraSource(const Config& config, bool keep_originals)
@@ -155,6 +156,12 @@ std::shared_ptr<const CameraRig> CameraSource::rig() const { return state_->rig;
 const std::optional<calibration::Lasers>& CameraSource::lasers() const { return state_->lasers; }
 
 void CameraSource::note_speed(double px_a_second) { state_->speed_px = px_a_second; }
+
+std::optional<double> CameraSource::exposure_ms() const {
+  if (state_->config.exposure_ms > 0) return state_->config.exposure_ms;
+  const double known = state_->exposure_ms;
+  return known > 0 ? std::optional(known) : std::nullopt;
+}
 
 std::optional<Time> CameraSource::skew() const {
   const Time skew = state_->last_skew;
@@ -262,12 +269,14 @@ void CameraSource::State::steer_exposure(const Frame& frame) {
   if (std::exchange(exposed, links[0].opened()) != exposed || !exposure) {
     const auto exposing = links[0].exposing();
     exposure.reset();
+    exposure_ms = 0;
     if (!exposing) return;
     exposure.emplace(exposing->range, config.max_blur_px, exposing->now);
   }
   const double full_speed_px = speed_px * config.divisor();
   const double period_ms = static_cast<double>(links[0].period()) / kMillisecond;
   const auto next = exposure->observe(cv::mean(frame.grey)[0], full_speed_px, period_ms);
+  exposure_ms = exposure->exposure().ms;
   if (!next) return;
   for (CameraLink& link : links) link.expose(*next);
 }

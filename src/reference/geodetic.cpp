@@ -93,4 +93,19 @@ std::optional<Geodetic> UtmGrid::geodetic(const Eigen::Vector3d& x_in_survey) co
   return found;
 }
 
+std::optional<Eigen::Vector2d> UtmGrid::in_survey(const Geodetic& place) const {
+  try {
+    int zone = 0;
+    bool north = true;
+    Eigen::Vector2d grid;
+    UTMUPS::Forward(place.latitude_deg, place.longitude_deg, zone, north, grid.x(), grid.y(),
+                    zone_);
+    constexpr double kFalseNorthing = 10'000'000;  // of the southern hemisphere
+    if (north != north_) grid.y() += north_ ? -kFalseNorthing : kFalseNorthing;
+    return (grid - shift_) / scale_;
+  } catch (const GeographicLib::GeographicErr&) {
+    return std::nullopt;
+  }
+}
+
 }  // namespace nadir::reference

@@ -28,6 +28,16 @@ TEST(ImageCheck, SaysWhatToDoAboutThePicture) {
   EXPECT_EQ(check_picture(health)[1].verdict, Verdict::doubtful);
 }
 
+TEST(ImageCheck, TellsBlurInPixels) {
+  Health health;
+  EXPECT_EQ(blur_px(health, 20), 10);  // nothing at all to see
+  health.sharpness = 20;
+  EXPECT_DOUBLE_EQ(blur_px(health, 20), 1);
+  health.sharpness = 320;
+  EXPECT_DOUBLE_EQ(blur_px(health, 20), 0.25);
+  EXPECT_DOUBLE_EQ(motion_blur_px(150, 8), 1.2);
+}
+
 TEST(ImageCheck, BoundsTheSkewBothWays) {
   EXPECT_EQ(check_skew({}, 2).verdict, Verdict::doubtful);
   EXPECT_EQ(check_skew(from_seconds(-0.0019), 2).verdict, Verdict::good);

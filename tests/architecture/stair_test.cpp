@@ -20,10 +20,10 @@ namespace fs = std::filesystem;
 const fs::path kSource = NADIR_SOURCE_DIR;
 
 const std::map<std::string, int> kStep = {
-    {"core", 0},         {"pipeline", 1}, {"image_io", 1},  {"calibration", 1}, {"capture", 2},
-    {"sensors", 2},      {"odometry", 2}, {"reference", 2}, {"plane", 2},       {"mosaic2d", 2},
-    {"projection3d", 2}, {"wire", 2},     {"simulate", 2},  {"revisit", 3},     {"serve", 3},
-    {"record", 3},       {"app", 4},
+    {"core", 0},     {"pipeline", 1},     {"image_io", 1},  {"calibration", 1}, {"capture", 2},
+    {"sensors", 2},  {"odometry", 2},     {"reference", 2}, {"plane", 2},       {"coverage", 2},
+    {"mosaic2d", 2}, {"projection3d", 2}, {"wire", 2},      {"simulate", 2},    {"revisit", 3},
+    {"serve", 3},    {"record", 3},       {"app", 4},
 };
 
 // Heavy libraries and the rooms they may be seen in.

@@ -153,5 +153,20 @@ TEST(UtmGrid, TellsLatitudeLongitudeAndHeight) {
   EXPECT_FALSE(grid.geodetic({1e9, 0, 0}).has_value());
 }
 
+TEST(UtmGrid, FindsPlacesInTheSurvey) {
+  // The last one is across the equator.
+  for (const auto& [latitude, shift] : {std::pair(-33.86, Vector2d(30, -40)),
+                                        {43.3, Vector2d(-5000, 700)},
+                                        {0.0001, Vector2d(12, -60)}}) {
+    const UtmGrid grid({latitude, 151.2, 12});
+    const auto place = grid.geodetic({shift.x(), shift.y(), 0});
+    ASSERT_TRUE(place);
+    const auto there = grid.in_survey(*place);
+    ASSERT_TRUE(there);
+    EXPECT_LT((*there - shift).norm(), 1e-5);
+  }
+  EXPECT_FALSE(UtmGrid({43.3, 5.4, 0}).in_survey({43.3, -170, 0}).has_value());
+}
+
 }  // namespace
 }  // namespace nadir::reference

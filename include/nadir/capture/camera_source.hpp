@@ -35,6 +35,8 @@ class CameraSource {
   /// How fast the ground moves in the images at the processed scale, px a second, 0: unknown; for
   /// the exposure. Any thread.
   void note_speed(double px_a_second);
+  /// As the cameras are set; none where that is not known. Any thread.
+  std::optional<double> exposure_ms() const;
   /// Right minus left time of a pair's pictures, the median of the last twenty; none before.
   /// Any thread.
   std::optional<Time> skew() const;

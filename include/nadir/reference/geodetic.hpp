@@ -45,6 +45,8 @@ class UtmGrid {
   WorldFile operator()(const WorldFile& survey) const;
   /// None beyond where the grid has an inverse, thousands of kilometres away.
   std::optional<Geodetic> geodetic(const Eigen::Vector3d& x_in_survey) const;
+  /// Survey x and y of a place; none where the grid's zone does not reach.
+  std::optional<Eigen::Vector2d> in_survey(const Geodetic& place) const;
 
  private:
   Geodetic origin_;
