@@ -20,6 +20,7 @@
 #include "nadir/core/check.hpp"
 #include "nadir/sensors/mavlink.hpp"
 #include "nadir/sensors/nmea.hpp"
+#include "words.hpp"
 
 namespace nadir::sensors {
 namespace {
@@ -188,15 +189,8 @@ std::string position_line(const Position& position) {
 
 std::vector<Output> parse_outputs(std::string_view text) {
   std::vector<Output> outputs;
-  while (true) {
-    const std::size_t first = text.find_first_not_of(" \t");
-    if (first == text.npos) return outputs;
-    text.remove_prefix(first);
-    const std::size_t end = text.find_first_of(" \t");
-    outputs.push_back(parse_output(text.substr(0, end)));
-    if (end == text.npos) return outputs;
-    text.remove_prefix(end);
-  }
+  for (const std::string_view word : words_of(text)) outputs.push_back(parse_output(word));
+  return outputs;
 }
 
 struct PoseOutput::State {
