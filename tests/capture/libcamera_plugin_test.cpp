@@ -15,6 +15,7 @@
 #include "libcamera_camera.hpp"
 #include "plugin/losses.hpp"
 #include "plugin/steering.hpp"
+#include "support/failing_folder.hpp"
 
 namespace nadir::capture {
 namespace {
@@ -76,6 +77,8 @@ TEST_F(LibcameraPluginTest, UsesTheNewestThatCanBeLoaded) {
   std::ofstream(empty / "nadir-libcamera-0.10.so") << "of a libcamera that is not here";
   std::ofstream(empty / "other.so") << "no plugin";
   EXPECT_EQ(open_libcamera("auto", mode, empty).fault, "");
+  const support::FailingFolder failing(empty);
+  EXPECT_NO_THROW(open_libcamera("auto", mode, empty));
 }
 
 TEST_F(LibcameraPluginTest, IsLookedForWhereTheEnvironmentSays) {

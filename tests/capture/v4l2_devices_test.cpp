@@ -5,6 +5,8 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "support/failing_folder.hpp"
+
 namespace nadir::capture {
 namespace {
 
@@ -39,6 +41,11 @@ TEST(FindV4l2, NamesTheCamerasThereAreWhereItCannotChoose) {
   EXPECT_THAT(find_v4l2("C99", {kLeft}).fault, HasSubstr("there is no camera 'C99'"));
   EXPECT_THAT(find_v4l2("auto", {}).fault, HasSubstr("no camera is there"));
   EXPECT_EQ(find_v4l2("", {kDecoder}).node, "");  // as the serial number of many
+}
+
+TEST(V4l2Devices, AreLookedForAsFarAsDevCanBeRead) {
+  const support::FailingFolder failing("/dev");
+  EXPECT_NO_THROW(v4l2_devices());
 }
 
 }  // namespace
