@@ -266,5 +266,16 @@ TEST(LibcameraLosses, AreCountedByTheTimeWhereTheNumberHidesThem) {
   EXPECT_EQ(losses.before(8, 500, 33), 0u);
 }
 
+TEST(LibcameraLosses, AreNotCountedByATimeThatIsWrong) {
+  constexpr std::int64_t kFrame = 100'000'000, kBegin = 1'000'000 * kFrame;
+  for (const std::int64_t wrong : {INT64_MAX / 2, kBegin + 36'000 * kFrame, std::int64_t{0}}) {
+    Losses losses;
+    EXPECT_EQ(losses.before(1, kBegin, kFrame), 0u);
+    EXPECT_EQ(losses.before(2, wrong, kFrame), 0u);
+    EXPECT_EQ(losses.before(3, kBegin + 2 * kFrame, kFrame), 0u);
+    EXPECT_EQ(losses.before(5, kBegin + 4 * kFrame, kFrame), 1u);
+  }
+}
+
 }  // namespace
 }  // namespace nadir::capture
