@@ -24,6 +24,7 @@
 #include "nadir/core/rounded.hpp"
 #include "nadir/image_io/decode.hpp"
 #include "nadir/image_io/encode.hpp"
+#include "nadir/pipeline/progress.hpp"
 #include "pairing.hpp"
 
 namespace nadir::capture {
@@ -172,7 +173,10 @@ std::optional<Captured> CameraSource::next(const std::stop_token& stop) {
     now = monotonic_now();
     captured.shot = s.next_shot(now, captured.alerts);
     if (captured.shot) break;
-    for (CameraLink& link : s.links) link.keep_open(now, captured.alerts);
+    for (CameraLink& link : s.links) {
+      link.keep_open(now, captured.alerts);
+      pipeline::note_progress();
+    }
     if (!captured.alerts.empty()) break;
   }
   // Of images that all come damaged no shot tells.

@@ -14,6 +14,7 @@
 
 #include "fake_libcamera_plugin.hpp"
 #include "nadir/core/check.hpp"
+#include "nadir/pipeline/progress.hpp"
 #include "vivid.hpp"
 
 namespace nadir::capture {
@@ -160,6 +161,20 @@ TEST_F(FakePairTest, IsExposedAlikeFromTheStartAndWhenOneIsBack) {
     EXPECT_TRUE(fake.open);
     expect_alike();
   }
+}
+
+TEST_F(FakePairTest, TellsTheWatchOfEachCameraThatWasSlowToOpen) {
+  static pipeline::Progress progress;
+  static std::chrono::nanoseconds busy{};
+  pipeline::Progress::of_this_thread() = &progress;
+  fakes[0].opening = [] { std::this_thread::sleep_for(1s); };
+  fakes[1].opening = [] { busy = progress.busy(pipeline::Progress::Clock::now()).value(); };
+  progress.begin();
+  CameraSource source(config);
+  EXPECT_TRUE(source.next(stop.get_token()));
+  pipeline::Progress::of_this_thread() = nullptr;
+  EXPECT_GT(busy, 0ns);
+  EXPECT_LT(busy, 500ms);
 }
 
 /// With a camera there.
