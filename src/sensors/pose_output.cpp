@@ -29,6 +29,7 @@ using nlohmann::json;
 
 constexpr Time kSecond = 1'000'000'000;
 constexpr double kDegree = std::numbers::pi / 180;
+constexpr std::size_t kMostBytes = 60'000;  // of a datagram: 65'507 by UDP over IPv4
 constexpr std::array<std::string_view, 3> kProtocols{"json", "mavlink", "nmea"};
 
 [[noreturn]] void refuse(std::string_view text, const std::string& fault) {
@@ -252,14 +253,17 @@ void PoseOutput::send(const Ground& ground) {
   state_->send(OutputProtocol::json, object.dump());
 }
 
-void PoseOutput::send(const Outline& coverage) {
+bool PoseOutput::send(const Outline& coverage) {
   json polygons = json::array();
   for (const auto& polygon : coverage) {
     json corners = json::array();
     for (const Eigen::Vector2d& corner : polygon) corners.push_back({corner.x(), corner.y()});
     polygons.push_back(std::move(corners));
   }
-  state_->send(OutputProtocol::json, json{{"type", "coverage"}, {"outline", polygons}}.dump());
+  const std::string text = json{{"type", "coverage"}, {"outline", polygons}}.dump();
+  if (text.size() > kMostBytes) return false;
+  state_->send(OutputProtocol::json, text);
+  return true;
 }
 
 }  // namespace nadir::sensors
