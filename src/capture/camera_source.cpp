@@ -24,6 +24,7 @@
 #include "nadir/core/rounded.hpp"
 #include "nadir/image_io/decode.hpp"
 #include "nadir/image_io/encode.hpp"
+#include "nadir/pipeline/progress.hpp"
 #include "pairing.hpp"
 
 namespace nadir::capture {
@@ -145,7 +146,8 @@ struct CameraSource::State {
   std::atomic<Time> last_skew = kNoSkew;
   std::atomic<double> speed_px = 0;  ///< of the ground in the images, a second
   std::optional<ExposureControl> exposure;
-  int exposed = 0;  ///< which opening of the camera it steers
+  int steered = 0;  ///< which opening of the camera it is of
+  int exposed = 0;  ///< openings of all cameras when they were last set
 };
 
 CameraSource::CameraSource(const Config& config, bool keep_originals)
@@ -171,7 +173,10 @@ std::optional<Captured> CameraSource::next(const std::stop_token& stop) {
     now = monotonic_now();
     captured.shot = s.next_shot(now, captured.alerts);
     if (captured.shot) break;
-    for (CameraLink& link : s.links) link.keep_open(now, captured.alerts);
+    for (CameraLink& link : s.links) {
+      link.keep_open(now, captured.alerts);
+      pipeline::note_progress();
+    }
     if (!captured.alerts.empty()) break;
   }
   // Of images that all come damaged no shot tells.
@@ -259,7 +264,8 @@ std::optional<Shot> CameraSource::State::next_shot(Time now, std::vector<Alert>&
 
 // Both cameras of a pair see the same ground and are set alike, by the left one.
 void CameraSource::State::steer_exposure(const Frame& frame) {
-  if (std::exchange(exposed, links[0].opened()) != exposed || !exposure) {
+  if (steered != links[0].opened() || !exposure) {
+    steered = links[0].opened();
     const auto exposing = links[0].exposing();
     exposure.reset();
     if (!exposing) return;
@@ -267,9 +273,14 @@ void CameraSource::State::steer_exposure(const Frame& frame) {
   }
   const double full_speed_px = speed_px * config.divisor();
   const double period_ms = static_cast<double>(links[0].period()) / kMillisecond;
-  const auto next = exposure->observe(cv::mean(frame.grey)[0], full_speed_px, period_ms);
-  if (!next) return;
-  for (CameraLink& link : links) link.expose(*next);
+  const bool changed =
+      exposure->observe(cv::mean(frame.grey)[0], full_speed_px, period_ms).has_value();
+  // Each opening leaves a camera as its driver has it.
+  int opened = 0;
+  for (const CameraLink& link : links) opened += link.opened();
+  if (!changed && opened == exposed) return;
+  exposed = opened;
+  for (CameraLink& link : links) link.expose(exposure->exposure());
 }
 
 // What is wrong with a picture; empty when both are decoded.

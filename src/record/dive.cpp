@@ -18,11 +18,14 @@ constexpr std::size_t kMostPending = 1000;  // alerts that wait for the disk
 
 enum class Condition { saving, without_images, paused };
 
-bool holds_files(const path& folder) {
-  std::error_code error;
+// At any depth; fault: why it is not known.
+bool holds_files(const path& folder, std::error_code& fault) {
   constexpr auto kOptions = fs::directory_options::skip_permission_denied;
-  return std::ranges::any_of(fs::recursive_directory_iterator(folder, kOptions, error),
-                             [](const fs::directory_entry& item) { return !item.is_directory(); });
+  for (fs::recursive_directory_iterator at(folder, kOptions, fault), end; at != end;
+       at.increment(fault)) {
+    if (!at->is_directory(fault)) return true;
+  }
+  return false;
 }
 
 [[noreturn]] void refuse(const path& folder, std::string_view fault, std::string_view remedy) {
@@ -64,7 +67,9 @@ void require_unused(const path& folder, const FolderLock& lock) {
   constexpr std::string_view kRemedy = "choose another folder";
   if (!lock.held()) refuse(folder, "is being recorded by another program", kRemedy);
   if (has_journal(folder)) refuse(folder, "already holds a dive", kRemedy);
-  if (holds_files(folder)) refuse(folder, "is not empty", kRemedy);
+  std::error_code fault;
+  if (holds_files(folder, fault)) refuse(folder, "is not empty", kRemedy);
+  if (fault) refuse(folder, "cannot be read: " + fault.message(), kRemedy);
 }
 
 std::string describe(Condition from, Condition to, int error, std::uint64_t unsaved) {
