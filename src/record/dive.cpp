@@ -3,6 +3,7 @@
 #include "nadir/record/dive.hpp"
 
 #include <algorithm>
+#include <iterator>
 
 #include "nadir/core/check.hpp"
 #include "originals_folder.hpp"
@@ -201,9 +202,11 @@ std::vector<Alert> Dive::State::conclude_originals(const Facts& facts, int error
 }
 
 void Dive::State::record_pending() {
-  while (!pending.empty() && journal.append(RecordType::alert, encode(pending.front())) == 0) {
-    pending.erase(pending.begin());
-  }
+  if (pending.empty()) return;
+  std::vector<Bytes> payloads;
+  for (const Alert& alert : pending) payloads.push_back(encode(alert));
+  const std::vector<ByteView> views(payloads.begin(), payloads.end());
+  if (journal.append(RecordType::alert, views) == 0) pending.clear();
 }
 
 void Config::check() const { require_setting(!dives.empty(), "record.dives", "a folder"); }
@@ -251,9 +254,10 @@ std::vector<Alert> Dive::add(const Entry& entry) {
   return alerts;
 }
 
-void Dive::add(const Alert& alert) {
+void Dive::add(std::span<const Alert> alerts) {
   State& s = *state_;
-  if (s.pending.size() < kMostPending) s.pending.push_back(alert);
+  const std::size_t room = kMostPending - std::min(s.pending.size(), kMostPending);
+  std::ranges::copy(alerts.first(std::min(alerts.size(), room)), std::back_inserter(s.pending));
   s.record_pending();  // a disk that fails is told with the next entry
 }
 

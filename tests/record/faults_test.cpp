@@ -161,6 +161,31 @@ TEST(FullDisk, ForImagesOnlyStillRecordsTheRest) {
   EXPECT_TRUE(std::filesystem::exists(scratch / "dive/projected/000001.png"));
 }
 
+int syncs_of_alerts(std::size_t count) {
+  struct CountingDisk : QuickDisk {
+    int syncs = 0;
+    int sync(int) override { return ++syncs, 0; }
+  } disk;
+  const SmallDive small;
+  const ScratchFolder scratch;
+  Dive dive(scratch / "dive", small.info(), {}, disk);
+  const std::vector<Alert> alerts(
+      count, {0, std::nullopt, AlertKind::camera_lost, "gives no images", "none needed"});
+  const int before = disk.syncs;
+  dive.add(alerts);
+  const int syncs = disk.syncs - before;
+  EXPECT_TRUE(dive.finish({}).empty());
+  const std::string recorded = read_text(scratch / "dive/alerts.jsonl");
+  EXPECT_EQ(std::ranges::count(recorded, '\n'), static_cast<std::ptrdiff_t>(count));
+  return syncs;
+}
+
+TEST(SlowDisk, RecordsManyAlertsAtOnce) {
+  EXPECT_EQ(syncs_of_alerts(0), 0);
+  EXPECT_EQ(syncs_of_alerts(1), 1);
+  EXPECT_EQ(syncs_of_alerts(100), 1);
+}
+
 TEST(LostDisk, IsToldAtTheEnd) {
   SmallDive small;
   const ScratchFolder scratch;
