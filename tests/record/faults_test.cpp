@@ -83,6 +83,7 @@ TEST_P(Fault, AtAnySingleCallIsSurvivedWithoutALie) {
     int call = 0;
     disk.verdict = [&](FailingDisk::Call) { return ++call == n ? GetParam() : 0; };
     const Outcome outcome = record_dive(small, scratch / "dive", disk);
+    EXPECT_EQ(std::filesystem::exists(scratch / "dive"), outcome.began);
     if (!outcome.began) continue;
     const bool harmless = GetParam() == -EINTR || GetParam() == FailingDisk::kShort;
     EXPECT_TRUE(!harmless || (outcome.finished && outcome.alerts.empty()));

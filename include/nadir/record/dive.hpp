@@ -63,7 +63,8 @@ struct Entry {
 /// pauses; it goes on by itself, and images not recorded are counted as dropped by "storage".
 class Dive {
  public:
-  /// Makes the folder where needed. Throws InputError when it is not empty or cannot be written.
+  /// Makes the folder where needed. Throws InputError when it is not empty or cannot be written;
+  /// what was made is then taken away again as far as the disk lets it.
   Dive(const std::filesystem::path& folder, const DiveInfo& info, const Config& config);
   Dive(const std::filesystem::path& folder, const DiveInfo& info, const Config& config, Disk& disk);
   ~Dive();
