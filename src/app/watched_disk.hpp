@@ -10,11 +10,20 @@ namespace nadir::app {
 
 class WatchedDisk : public record::Disk {
  public:
+  int open(const record::path& name, Open mode) override { return noted(Disk::open(name, mode)); }
   std::int64_t write(int file, record::ByteView bytes) override {
     return noted(Disk::write(file, bytes));
   }
   int sync(int file) override { return noted(Disk::sync(file)); }
   int sync_all(int directory) override { return noted(Disk::sync_all(directory)); }
+  int close(int file) override { return noted(Disk::close(file)); }
+  int rename(const record::path& from, const record::path& to) override {
+    return noted(Disk::rename(from, to));
+  }
+  int remove(const record::path& name) override { return noted(Disk::remove(name)); }
+  int make_directory(const record::path& name) override {
+    return noted(Disk::make_directory(name));
+  }
 
  private:
   template <class Result>
