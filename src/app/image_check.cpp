@@ -19,6 +19,12 @@ Finding check_rate(double rate_hz, double wanted_hz) {
   return {Verdict::good, "camera", found};
 }
 
+Finding check_silence(std::chrono::seconds silence) {
+  return {Verdict::bad, "camera",
+          "has given no image for " + std::to_string(silence.count()) + " seconds",
+          "check the camera and its cable; mapping goes on by itself"};
+}
+
 std::vector<Finding> check_picture(const Health& health) {
   const bool dark = health.has(Weakness::dark), bright = health.has(Weakness::bright);
   const bool blurred = health.has(Weakness::blurred);

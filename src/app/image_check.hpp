@@ -3,6 +3,7 @@
 // Whether the cameras' images are fit for a map, and what the sensors add to them.
 #pragma once
 
+#include <chrono>
 #include <optional>
 #include <string>
 #include <vector>
@@ -16,6 +17,9 @@ namespace nadir::app {
 
 /// wanted_hz 0: any.
 Finding check_rate(double rate_hz, double wanted_hz);
+
+/// Of a camera that has given no image for so long.
+Finding check_silence(std::chrono::seconds silence);
 
 /// Exposure and focus.
 std::vector<Finding> check_picture(const Health& health);

@@ -22,7 +22,9 @@ constexpr auto kPairPeriod = 60s;  // it finds the corners of both images
 }  // namespace
 
 LiveCheck::LiveCheck(const Config& config)
-    : config_(config), measuring_([this](const std::stop_token& enough) {
+    : config_(config),
+      image_rate_(config.capture.rate_hz),
+      measuring_([this](const std::stop_token& enough) {
         pthread_setname_np(pthread_self(), "disk check");
         disk_speed_.set_value(check_disk_speed(config_.record.dives, enough));
       }) {}
@@ -61,10 +63,16 @@ std::optional<wire::Check> LiveCheck::waiting(Clock::time_point now, const Load&
 
 std::optional<wire::Check> LiveCheck::mapping(Clock::time_point now, const Load& load,
                                               const Graph& graph, std::optional<Time> skew) {
+  image_rate_.observe(now, graph.shots());
   if (!is_due(now)) return std::nullopt;
   wire::Check check = of_board(load);
   std::vector<Finding>& findings = check.findings;
-  findings.push_back(check_rate(graph.image_rate_hz(), config_.capture.rate_hz));
+  if (const auto silence = image_rate_.silence()) {
+    findings.push_back(check_silence(*silence));
+    return check;  // the newest picture says nothing of now
+  }
+  if (const auto hz = image_rate_.hz())
+    findings.push_back(check_rate(*hz, config_.capture.rate_hz));
   const auto newest = graph.newest();
   if (!newest || !newest->shot || !newest->shot->frame) return check;
   const Frame& frame = *newest->shot->frame;

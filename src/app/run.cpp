@@ -1,11 +1,12 @@
 // SPDX-FileCopyrightText: nadir contributors
 // SPDX-License-Identifier: Apache-2.0
 // The live service: waits for what is missing, maps, and tells the service manager that it lives.
-#include <array>
 #include <chrono>
 #include <cstdio>
 #include <memory>
 #include <opencv2/core/utility.hpp>
+#include <optional>
+#include <string>
 #include <utility>
 
 #include "beginning.hpp"
@@ -17,6 +18,7 @@
 #include "interrupt.hpp"
 #include "live_check.hpp"
 #include "nadir/core/check.hpp"
+#include "nadir/core/rounded.hpp"
 #include "page_assets.hpp"
 #include "pause.hpp"
 #include "service_manager.hpp"
@@ -50,11 +52,9 @@ std::unique_ptr<serve::WebServer> open_page(const serve::Config& config,
   return server;
 }
 
-std::string in_words(const Graph& graph) {
-  std::array<char, 64> text{};
-  std::snprintf(text.data(), text.size(), "mapping: %llu images, %.1f a second",
-                static_cast<unsigned long long>(graph.shots().accepted), graph.image_rate_hz());
-  return text.data();
+std::string in_words(const ImageFlow& images, std::optional<double> rate_hz) {
+  return "mapping: " + std::to_string(images.accepted) + " images" +
+         (rate_hz ? ", " + rounded(*rate_hz) + " a second" : "");
 }
 
 // Until told to stop or a stage has ended by a fault. A stage that hangs cannot be ended: the
@@ -79,7 +79,7 @@ void supervise(Graph& graph, const Config& config, ServiceManager& manager, Hear
     graph.economise(economy, ladder.reason(), monotonic_now());
     heart.beat(5s);
     if (const auto found = check.mapping(now, load, graph, cameras.skew())) graph.show(*found);
-    manager.status(in_words(graph));
+    manager.status(in_words(graph.shots(), check.image_rate_hz()));
   } while (pause_for(500ms, stop));
 }
 

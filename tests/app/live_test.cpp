@@ -199,7 +199,6 @@ TEST(Live, MapsWhatACameraSeesWithWhatSensorsSayAndTellsOthers) {
     ASSERT_TRUE(verdicts.contains(item)) << item;
     EXPECT_EQ(verdicts[item], Verdict::good) << item;
   }
-  EXPECT_TRUE(verdicts.contains("camera"));
 
   const std::string alerts = contents(folder / "alerts.jsonl");
   for (const char* kind : {"camera_lost", "load"})
