@@ -68,7 +68,7 @@ Finding check_pair(const odometry::PairFit& fit) {
           "calibration was made under water; nadir check-calibration tells more"};
 }
 
-Finding check_vehicle(const Frame& frame, const std::string& inputs) {
+Finding check_vehicle(const Frame& frame, const std::string& inputs, double convergence) {
   if (inputs.empty()) return {Verdict::absent, "sensors", "none configured (sensors.inputs)"};
   std::string known;
   const auto add = [&](const std::string& one) { known += (known.empty() ? "" : ", ") + one; };
@@ -76,7 +76,8 @@ Finding check_vehicle(const Frame& frame, const std::string& inputs) {
     constexpr double kDegrees = 180 / std::numbers::pi;
     const auto& [roll, pitch, yaw] = *frame.attitude;
     add("roll " + rounded(kDegrees * roll, 0) + ", pitch " + rounded(kDegrees * pitch, 0) +
-        ", heading " + rounded(std::fmod(kDegrees * yaw + 360, 360), 0) + " degrees");
+        ", heading " + rounded(std::fmod(kDegrees * (yaw + convergence) + 360, 360), 0) +
+        " degrees");
   }
   if (frame.depth) add("depth " + rounded(*frame.depth) + " m");
   if (frame.altitude) add("altitude " + rounded(*frame.altitude) + " m");

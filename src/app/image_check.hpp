@@ -30,7 +30,8 @@ Finding check_skew(std::optional<Time> skew, double most_ms);
 /// Whether a pair's images fit their calibration.
 Finding check_pair(const odometry::PairFit& fit);
 
-/// Which of the sensors' quantities an image has; inputs: sensors.inputs.
-Finding check_vehicle(const Frame& frame, const std::string& inputs);
+/// Which of the sensors' quantities an image has, its heading from true north. inputs:
+/// sensors.inputs; convergence: of the grid from whose north the frame's yaw is, radians.
+Finding check_vehicle(const Frame& frame, const std::string& inputs, double convergence = 0);
 
 }  // namespace nadir::app

@@ -19,10 +19,16 @@ namespace {
 constexpr auto kPeriod = 5s;
 constexpr auto kPairPeriod = 60s;  // it finds the corners of both images
 
+double convergence_at(const std::string& origin) {
+  const auto place = reference::parse_origin(origin);
+  return place ? reference::UtmGrid(*place).convergence() : 0;
+}
+
 }  // namespace
 
 LiveCheck::LiveCheck(const Config& config)
     : config_(config),
+      convergence_(convergence_at(config.reference.origin)),
       image_rate_(config.capture.rate_hz),
       measuring_([this](const std::stop_token& enough) {
         pthread_setname_np(pthread_self(), "disk check");
@@ -81,7 +87,7 @@ std::optional<wire::Check> LiveCheck::mapping(Clock::time_point now, const Load&
     findings.push_back(check_skew(skew, config_.capture.max_skew_ms));
     findings.push_back(pair_of(frame, now));
   }
-  findings.push_back(check_vehicle(frame, config_.sensors.inputs));
+  findings.push_back(check_vehicle(frame, config_.sensors.inputs, convergence_));
   return check;
 }
 

@@ -40,6 +40,7 @@ class LiveCheck {
   const Finding& pair_of(const Frame& frame, Clock::time_point now);
 
   const Config config_;
+  const double convergence_;  ///< with an origin frames' yaws are the grid's
   ImageRate image_rate_;
   std::optional<Clock::time_point> told_, pair_checked_;
   std::promise<Finding> disk_speed_;

@@ -6,6 +6,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <cmath>
 #include <opencv2/core.hpp>
 
 #include "dive_course.hpp"
@@ -132,6 +133,18 @@ TEST_F(LiveCheckTest, SaysThatImagesHaveCeasedAndNothingOfTheLastPicture) {
   const auto back = map(check, 10s, 5);
   EXPECT_EQ(item_of(back, "camera").value().verdict, Verdict::good);
   EXPECT_TRUE(item_of(back, "exposure"));
+}
+
+TEST_F(LiveCheckTest, TellsTheHeadingFromTrueNorthWhateverTheMapsGrid) {
+  config.reference.origin = "43.296 5.37";
+  frame.attitude = Attitude{0, 0, 29.0 / 180 * M_PI};
+  begin_dive();
+  config.sensors.inputs = "nmea:udp:2000";
+  LiveCheck check(config);
+  give(1);
+  EXPECT_NEAR(graph->newest()->shot->frame->attitude->yaw, 27.4 / 180 * M_PI, 1e-3);
+  const auto told = check.mapping(now, {}, *graph, {}).value().findings;
+  EXPECT_THAT(item_of(told, "sensors").value().found, HasSubstr("heading 29 degrees"));
 }
 
 }  // namespace
