@@ -29,11 +29,21 @@ double convergence_at(const std::string& origin) {
 LiveCheck::LiveCheck(const Config& config)
     : config_(config),
       convergence_(convergence_at(config.reference.origin)),
-      image_rate_(config.capture.rate_hz),
-      measuring_([this](const std::stop_token& enough) {
+      image_rate_(config.capture.rate_hz) {
+  measure_disk();
+}
+
+LiveCheck::~LiveCheck() { stop_measuring(); }
+
+void LiveCheck::measure_disk() {
+  std::promise<Finding> speed;
+  disk_speed_to_come_ = speed.get_future();
+  measuring_ =
+      std::jthread([this, speed = std::move(speed), enough = enough_.get_token()]() mutable {
         pthread_setname_np(pthread_self(), "disk check");
-        disk_speed_.set_value(check_disk_speed(config_.record.dives, enough));
-      }) {}
+        speed.set_value(check_disk_speed(config_.record.dives, enough));
+      });
+}
 
 bool LiveCheck::is_due(Clock::time_point now) {
   if (told_ && now - *told_ < kPeriod) return false;
@@ -42,8 +52,12 @@ bool LiveCheck::is_due(Clock::time_point now) {
 }
 
 wire::Check LiveCheck::of_board(const Load& load) {
-  if (!disk_ && disk_speed_to_come_.wait_for(0s) == std::future_status::ready)
-    disk_ = disk_speed_to_come_.get();
+  if (disk_speed_to_come_.valid()) {
+    if (disk_speed_to_come_.wait_for(0s) == std::future_status::ready)
+      disk_ = disk_speed_to_come_.get();
+  } else if (disk_ && disk_->verdict == Verdict::bad) {
+    measure_disk();  // it may have come back
+  }
   wire::Check check;
   if (disk_) check.findings.push_back(*disk_);
   std::ranges::move(check_board(load), std::back_inserter(check.findings));

@@ -22,6 +22,9 @@ class LiveCheck {
 
   /// Begins to measure the disk.
   explicit LiveCheck(const Config& config);
+  ~LiveCheck();
+  LiveCheck(const LiveCheck&) = delete;
+  LiveCheck& operator=(const LiveCheck&) = delete;
 
   /// Every few seconds, none between. missing: for want of what there is no map.
   std::optional<wire::Check> waiting(Clock::time_point now, const Load& load,
@@ -31,10 +34,12 @@ class LiveCheck {
                                      std::optional<Time> skew);
   /// That the graph is given, as mapping() saw it; none before it can be told.
   std::optional<double> image_rate_hz() const { return image_rate_.hz(); }
-  /// The disk belongs to the dive from now on.
-  void stop_measuring() { measuring_.request_stop(); }
+  /// The disk belongs to the dive from now on. Whether one comes back that could not be written is
+  /// still tried, with little.
+  void stop_measuring() { enough_.request_stop(); }
 
  private:
+  void measure_disk();
   bool is_due(Clock::time_point now);
   wire::Check of_board(const Load& load);
   const Finding& pair_of(const Frame& frame, Clock::time_point now);
@@ -43,8 +48,8 @@ class LiveCheck {
   const double convergence_;  ///< with an origin frames' yaws are the grid's
   ImageRate image_rate_;
   std::optional<Clock::time_point> told_, pair_checked_;
-  std::promise<Finding> disk_speed_;
-  std::future<Finding> disk_speed_to_come_ = disk_speed_.get_future();
+  std::stop_source enough_;  ///< measured of the disk
+  std::future<Finding> disk_speed_to_come_;
   std::optional<Finding> disk_, pair_;
   std::jthread measuring_;
 };

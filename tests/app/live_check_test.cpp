@@ -29,6 +29,11 @@ bool soon(Condition condition) {
   return false;
 }
 
+std::optional<Finding> item_of(const std::vector<Finding>& findings, const std::string& item) {
+  const auto found = std::ranges::find(findings, item, &Finding::item);
+  return found == findings.end() ? std::nullopt : std::optional(*found);
+}
+
 /// A dive whose camera gives an image when told to, and a clock that goes as the test says.
 class LiveCheckTest : public testing::Test {
  protected:
@@ -74,6 +79,20 @@ class LiveCheckTest : public testing::Test {
     }));
   }
 
+  /// Told by waiting(), or by mapping() when there is a graph.
+  Finding of_disk(LiveCheck& check) {
+    const Finding missing{Verdict::bad, "disk", "is read-only"};
+    std::optional<Finding> found;
+    soon([&] {
+      now += 5s;
+      const auto told =
+          graph ? check.mapping(now, {}, *graph, {}) : check.waiting(now, {}, missing);
+      found = item_of(told.value().findings, "disk speed");
+      return found.has_value();
+    });
+    return found.value_or(missing);
+  }
+
   /// What is told meanwhile, last.
   std::vector<Finding> map(LiveCheck& check, std::chrono::seconds time, std::uint64_t images_each) {
     std::vector<Finding> last;
@@ -96,9 +115,17 @@ class LiveCheckTest : public testing::Test {
   LiveCheck::Clock::time_point now = LiveCheck::Clock::now();
 };
 
-std::optional<Finding> item_of(const std::vector<Finding>& findings, const std::string& item) {
-  const auto found = std::ranges::find(findings, item, &Finding::item);
-  return found == findings.end() ? std::nullopt : std::optional(*found);
+TEST_F(LiveCheckTest, MeasuresAgainADiskThatCouldNotBeWritten) {
+  const support::fs::path mount = folder / "mount";
+  std::ofstream(mount) << "no folder";
+  config.record.dives = mount / "dives";
+  LiveCheck check(config);
+  EXPECT_EQ(of_disk(check).verdict, Verdict::bad);
+  check.stop_measuring();
+  support::fs::remove(mount);
+  support::fs::create_directories(config.record.dives);
+  begin_dive();
+  EXPECT_TRUE(soon([&] { return of_disk(check).verdict != Verdict::bad; }));
 }
 
 TEST_F(LiveCheckTest, JudgesTheCameraByTheImagesThatCome) {
