@@ -4,6 +4,7 @@
 
 #include <chrono>
 #include <cstdio>
+#include <filesystem>
 #include <utility>
 
 #include "dive_course.hpp"
@@ -12,6 +13,32 @@
 #include "variation.hpp"
 
 namespace nadir::app {
+namespace {
+
+using namespace std::chrono_literals;
+
+record::DiveInfo info_of(const Config& mapping) {
+  const Time to_utc =
+      std::chrono::nanoseconds(std::chrono::system_clock::now().time_since_epoch()).count() -
+      monotonic_now();
+  // Images are stamped by a clock that begins with the computer.
+  const nlohmann::json input{{"camera", mapping.capture.camera},
+                             {"camera_right", mapping.capture.camera_right},
+                             {"utc_minus_time_s", seconds(to_utc)},
+                             {"utc_is_set", clock_is_set()}};
+  record::DiveInfo info = dive_info(input, "odometry", mapping);
+  info.survey_files = capture::calibration_files(mapping.capture);
+  return info;
+}
+
+// Every try has a name of its own, with the time in it, and the fault is told once.
+std::string of_any_dive(std::string fault, const std::filesystem::path& folder) {
+  const std::string name = '/' + folder.filename().string();
+  if (const auto at = fault.find(name); at != fault.npos) fault.erase(at, name.size());
+  return fault;
+}
+
+}  // namespace
 
 void Beginning::tell(const Alert& alert) {
   print(alert, stderr);
@@ -77,27 +104,22 @@ Config Beginning::with_variation() {
   return config;
 }
 
-std::unique_ptr<record::Dive> Beginning::begin_dive(capture::CameraSource& cameras,
+std::unique_ptr<record::Dive> Beginning::begin_dive(const Config& mapping,
+                                                    capture::CameraSource& cameras,
                                                     record::Disk& disk) {
-  const Time to_utc =
-      std::chrono::nanoseconds(std::chrono::system_clock::now().time_since_epoch()).count() -
-      monotonic_now();
-  // Images are stamped by a clock that begins with the computer.
-  const nlohmann::json input{{"camera", config_.capture.camera},
-                             {"camera_right", config_.capture.camera_right},
-                             {"utc_minus_time_s", seconds(to_utc)},
-                             {"utc_is_set", clock_is_set()}};
+  check_.stop_measuring();
   do {
+    heart_.beat(2min);  // for some dozen calls of a slow card
+    const std::filesystem::path folder = new_dive(config_.record.dives);
     try {
-      const auto folder = new_dive(config_.record.dives);
-      record::DiveInfo info = dive_info(input, "odometry", config_);
-      info.survey_files = capture::calibration_files(config_.capture);
-      auto dive = std::make_unique<record::Dive>(folder, info, config_.record, disk);
+      auto dive = std::make_unique<record::Dive>(folder, info_of(mapping), mapping.record, disk);
       std::fprintf(stderr, "the dive: %s\n", folder.c_str());
-      for (const Alert& alert : alerts_) dive->add(alert);
+      dive->add(alerts_);
       return dive;
     } catch (const InputError& error) {
-      tell_once(AlertKind::storage, error.what());
+      const std::string fault = of_any_dive(error.what(), folder);
+      tell_once(AlertKind::storage, fault);
+      show_waiting("disk", fault, "check the disk, its mount and record.dives");
       manager_.status("waiting for the disk");
     }
     // What the cameras see meanwhile is not kept.

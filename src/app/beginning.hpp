@@ -38,8 +38,9 @@ class Beginning {
   /// The configuration with the magnetic variation of today. Once images come: by then the clock
   /// may have been set.
   Config with_variation();
-  /// Null when told to stop.
-  std::unique_ptr<record::Dive> begin_dive(capture::CameraSource& cameras, record::Disk& disk);
+  /// mapping: what the map will be made with. Null when told to stop.
+  std::unique_ptr<record::Dive> begin_dive(const Config& mapping, capture::CameraSource& cameras,
+                                           record::Disk& disk);
 
  private:
   void tell(const Alert& alert);

@@ -137,10 +137,9 @@ int run(const Run& live) {
   if (!cameras) return 0;
   std::optional<Shot> first = beginning.first_image(*cameras);
   if (!first) return 0;
-  check.stop_measuring();
   const Config mapping = beginning.with_variation();
   WatchedDisk disk;
-  const auto dive = beginning.begin_dive(*cameras, disk);
+  const auto dive = beginning.begin_dive(mapping, *cameras, disk);
   if (!dive) return 0;
 
   Progress progress(0, stderr);
