@@ -83,7 +83,8 @@ void supervise(Graph& graph, const Config& config, ServiceManager& manager, Hear
   } while (pause_for(500ms, stop));
 }
 
-// The page says what is wrong with the settings until they are right; systemd then starts anew.
+// The page says what is wrong with the settings until they are right; the service manager then
+// starts it again.
 int wait_for_settings(const Run& live, std::string fault, ServiceManager& manager, Heartbeat& heart,
                       const std::stop_token& stop) {
   serve::Config config;
@@ -103,6 +104,7 @@ int wait_for_settings(const Run& live, std::string fault, ServiceManager& manage
     }
     try {
       configured(live.settings, live.serve);
+      std::fprintf(stderr, "the settings are right; nadir starts again\n");
       return 1;
     } catch (const InputError& error) {
       fault = error.what();
@@ -125,6 +127,7 @@ int run(const Run& live) {
   try {
     config = configured(live.settings, live.serve);
   } catch (const InputError& error) {
+    if (!manager.is_there()) throw;
     return wait_for_settings(live, error.what(), manager, heart, stop.get_token());
   }
   const auto server = open_page(config.serve, manager);

@@ -9,6 +9,7 @@
 #include <unistd.h>
 
 #include <algorithm>
+#include <chrono>
 #include <cstddef>
 #include <cstdlib>
 #include <string>
@@ -37,19 +38,34 @@ class NotifySocket {
   NotifySocket& operator=(const NotifySocket&) = delete;
   bool bound() const { return bound_; }
 
-  /// What has come by now, and within that time.
-  std::vector<std::string> told(int patience_ms = 0) const {
+  /// What has come by now.
+  std::vector<std::string> told() const {
     std::vector<std::string> all;
-    for (pollfd waiting{socket_, POLLIN, 0}; ::poll(&waiting, 1, patience_ms) > 0;) {
-      std::string text(4096, '\0');
-      const ssize_t size = ::recv(socket_, text.data(), text.size(), 0);
-      text.resize(size > 0 ? static_cast<std::size_t>(size) : 0);
-      all.push_back(std::move(text));
-    }
+    while (is_readable(0)) all.push_back(next());
     return all;
+  }
+  /// Whether it comes soon.
+  bool hears(const std::string& text) const {
+    constexpr int kPatience_ms = 5000;
+    const auto end = std::chrono::steady_clock::now() + std::chrono::milliseconds(kPatience_ms);
+    while (std::chrono::steady_clock::now() < end && is_readable(kPatience_ms)) {
+      if (next() == text) return true;
+    }
+    return false;
   }
 
  private:
+  bool is_readable(int patience_ms) const {
+    pollfd waiting{socket_, POLLIN, 0};
+    return ::poll(&waiting, 1, patience_ms) > 0;
+  }
+  std::string next() const {
+    std::string text(4096, '\0');
+    const ssize_t size = ::recv(socket_, text.data(), text.size(), 0);
+    text.resize(size > 0 ? static_cast<std::size_t>(size) : 0);
+    return text;
+  }
+
   int socket_;
   bool bound_ = false;
 };
