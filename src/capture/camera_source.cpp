@@ -9,7 +9,6 @@
 #include <algorithm>
 #include <atomic>
 #include <cerrno>
-#include <chrono>
 #include <cmath>
 #include <cstring>
 #include <filesystem>
@@ -34,10 +33,6 @@ constexpr Time kMillisecond = 1'000'000;
 constexpr Time kSecond = 1000 * kMillisecond;
 constexpr Time kNoSkew = std::numeric_limits<Time>::max();
 constexpr Time kTellLost = 10 * kSecond;  // losses of so long are told together
-
-Time monotonic_now() {
-  return std::chrono::nanoseconds(std::chrono::steady_clock::now().time_since_epoch()).count();
-}
 
 /// Wakes a thread that waits in poll(2).
 class WakeUp {
