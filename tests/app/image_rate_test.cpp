@@ -62,13 +62,13 @@ TEST(ImageRate, IsNoneWhileNoImagesComeAndBeginsAnew) {
 }
 
 TEST(ImageRate, WaitsForASlowCamera) {
-  Watched camera(0.2);
-  camera.give(0.2, 60s);
+  Watched camera(0.25);
+  camera.give(0.25, 60s);
   EXPECT_FALSE(camera.rate.silence());
-  EXPECT_NEAR(camera.rate.hz().value(), 0.2, 0.02);
-  camera.give(0, 14s);
+  EXPECT_NEAR(camera.rate.hz().value(), 0.25, 0.01);
+  camera.give(0, 12s);
   EXPECT_FALSE(camera.rate.silence());
-  camera.give(0, 6s);
+  camera.give(0, 1s);
   EXPECT_TRUE(camera.rate.silence());
 }
 

@@ -26,7 +26,7 @@ class RunTest : public testing::Test {
   void write(const std::string& text) const { std::ofstream(folder / "nadir.toml") << text; }
 
   const fs::path folder = fresh_folder("run");
-  Run live;
+  app::Run live;
 };
 
 TEST_F(RunTest, AtAShellEndsWithWhatIsWrongWithTheSettings) {
