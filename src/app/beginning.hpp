@@ -19,7 +19,7 @@
 
 namespace nadir::app {
 
-/// Until the graph runs, this thread alone speaks to the page.
+/// Until the graph runs, its thread alone speaks to the page.
 class Beginning {
  public:
   Beginning(const Config& config, ServiceManager& manager, Heartbeat& heart, Publisher& page,

@@ -4,7 +4,6 @@
 
 #include <algorithm>
 #include <iterator>
-#include <ranges>
 
 #include "nadir/core/check.hpp"
 #include "originals_folder.hpp"
@@ -53,7 +52,7 @@ class Folders {
  public:
   explicit Folders(Disk& disk) : disk_(disk) {}
   ~Folders() {
-    for (const path& folder : made_ | std::views::reverse) disk_.remove(folder);
+    for (auto folder = made_.rbegin(); folder != made_.rend(); ++folder) disk_.remove(*folder);
   }
   Folders(const Folders&) = delete;
   Folders& operator=(const Folders&) = delete;
