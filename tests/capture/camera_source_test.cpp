@@ -99,8 +99,6 @@ TEST_F(CameraSourceTest, WaitsForACameraAndStopsAtOnce) {
   EXPECT_FALSE(source.next(stop.get_token()));
 }
 
-Time monotonic_now() { return std::chrono::nanoseconds(Clock::now().time_since_epoch()).count(); }
-
 /// A pair without a driver, of libcamera's fake plugin.
 class FakePairTest : public CameraSourceTest {
  protected:
