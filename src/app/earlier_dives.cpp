@@ -19,6 +19,7 @@
 #include <fstream>
 #include <optional>
 
+#include "nadir/core/entries.hpp"
 #include "nadir/record/recover.hpp"
 
 extern char** environ;  // NOLINT(readability-redundant-declaration): POSIX leaves it to the program
@@ -42,20 +43,15 @@ std::optional<std::uint32_t> number_of(const fs::path& dive) {
 }
 
 std::vector<fs::path> folders_in(const fs::path& dives) {
-  std::vector<fs::path> folders;
+  std::vector<fs::path> folders = entries_of(dives);
   std::error_code error;
-  for (auto entry = fs::directory_iterator(dives, error); entry != fs::directory_iterator();
-       entry.increment(error)) {
-    if (entry->is_directory(error)) folders.push_back(entry->path());
-  }
+  std::erase_if(folders, [&](const fs::path& entry) { return !fs::is_directory(entry, error); });
   return folders;
 }
 
 bool has_journal(const fs::path& dive) {
-  std::error_code error;
-  const auto entries = fs::directory_iterator(dive, error);
-  return std::any_of(begin(entries), end(entries), [](const fs::directory_entry& entry) {
-    const std::string name = entry.path().filename().string();
+  return std::ranges::any_of(entries_of(dive), [](const fs::path& entry) {
+    const std::string name = entry.filename().string();
     return name.starts_with("journal-") && name.ends_with(".nadir");
   });
 }

@@ -83,8 +83,6 @@ class Graph {
   std::optional<Time> utc_offset() const { return vehicle_.utc_offset(); }
 
   ImageFlow shots() const { return {shots_.accepted(), shots_.dropped()}; }
-  /// Images a second that the source gave of late.
-  double image_rate_hz() const { return capture_->stats().rate_out_hz; }
 
   /// Of every stage, for dive.json and the page.
   std::vector<StageStats> stats() const;

@@ -2,10 +2,9 @@
 // SPDX-License-Identifier: Apache-2.0
 // What each stage does with one message, and what it hands on.
 #include <algorithm>
-#include <condition_variable>
-#include <mutex>
 
 #include "graph.hpp"
+#include "pause.hpp"
 
 namespace nadir::app {
 namespace {
@@ -215,12 +214,8 @@ bool Graph::wait_for(const Shot& shot) {
   if (rate_.kind == Rate::Kind::recorded) due_s = seconds(shot.time) - seconds(*first_time_);
   ++shots_taken_;
   const auto wait = std::chrono::duration<double>(std::clamp(due_s, 0.0, kLongestWait));
-  std::mutex alone;
-  std::unique_lock lock(alone);
-  std::condition_variable_any().wait_until(
-      lock, stop_.get_token(), begun_ + std::chrono::duration_cast<std::chrono::nanoseconds>(wait),
-      [] { return false; });
-  return !stop_.stop_requested();
+  return pause_until(begun_ + std::chrono::duration_cast<std::chrono::nanoseconds>(wait),
+                     stop_.get_token());
 }
 
 }  // namespace nadir::app

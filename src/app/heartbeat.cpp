@@ -4,8 +4,7 @@
 
 #include <pthread.h>
 
-#include <condition_variable>
-#include <mutex>
+#include "pause.hpp"
 
 namespace nadir::app {
 
@@ -14,13 +13,15 @@ Heartbeat::Heartbeat(const ServiceManager& manager) {
   beat();
   thread_ = std::jthread([this, &manager](const std::stop_token& stop) {
     pthread_setname_np(pthread_self(), "heartbeat");
-    std::mutex alone;
-    std::unique_lock lock(alone);
-    while (!stop.stop_requested()) {
+    do {
       if (Clock::now().time_since_epoch().count() < until_) manager.feed_watchdog();
-      std::condition_variable_any().wait_for(lock, stop, 1s, [] { return false; });
-    }
+    } while (pause_for(1s, stop));
   });
+}
+
+bool Heartbeat::pause(const std::stop_token& stop) {
+  beat();
+  return pause_for(std::chrono::seconds(1), stop);
 }
 
 }  // namespace nadir::app

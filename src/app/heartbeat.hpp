@@ -21,6 +21,8 @@ class Heartbeat {
   void beat(Clock::duration within = std::chrono::seconds(10)) {
     until_ = (Clock::now() + within).time_since_epoch().count();
   }
+  /// By the main thread: beats and waits a second. False when told to stop.
+  bool pause(const std::stop_token& stop);
 
  private:
   std::atomic<Clock::rep> until_ = 0;

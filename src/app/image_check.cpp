@@ -20,6 +20,12 @@ Finding check_rate(double rate_hz, double wanted_hz) {
   return {Verdict::good, "camera", found};
 }
 
+Finding check_silence(std::chrono::seconds silence) {
+  return {Verdict::bad, "camera",
+          "has given no image for " + std::to_string(silence.count()) + " seconds",
+          "check the camera and its cable; mapping goes on by itself"};
+}
+
 std::vector<Finding> check_picture(const Health& health) {
   const bool dark = health.has(Weakness::dark), bright = health.has(Weakness::bright);
   const bool blurred = health.has(Weakness::blurred);
@@ -74,7 +80,7 @@ Finding check_pair(const odometry::PairFit& fit) {
           "calibration was made under water; nadir check-calibration tells more"};
 }
 
-Finding check_vehicle(const Frame& frame, const std::string& inputs) {
+Finding check_vehicle(const Frame& frame, const std::string& inputs, double convergence) {
   if (inputs.empty()) return {Verdict::absent, "sensors", "none configured (sensors.inputs)"};
   std::string known;
   const auto add = [&](const std::string& one) { known += (known.empty() ? "" : ", ") + one; };
@@ -82,7 +88,8 @@ Finding check_vehicle(const Frame& frame, const std::string& inputs) {
     constexpr double kDegrees = 180 / std::numbers::pi;
     const auto& [roll, pitch, yaw] = *frame.attitude;
     add("roll " + rounded(kDegrees * roll, 0) + ", pitch " + rounded(kDegrees * pitch, 0) +
-        ", heading " + rounded(std::fmod(kDegrees * yaw + 360, 360), 0) + " degrees");
+        ", heading " + rounded(std::fmod(kDegrees * (yaw + convergence) + 360, 360), 0) +
+        " degrees");
   }
   if (frame.depth) add("depth " + rounded(*frame.depth) + " m");
   if (frame.altitude) add("altitude " + rounded(*frame.altitude) + " m");

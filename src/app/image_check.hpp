@@ -3,6 +3,7 @@
 // Whether the cameras' images are fit for a map, and what the sensors add to them.
 #pragma once
 
+#include <chrono>
 #include <optional>
 #include <string>
 #include <vector>
@@ -16,6 +17,9 @@ namespace nadir::app {
 
 /// wanted_hz 0: any.
 Finding check_rate(double rate_hz, double wanted_hz);
+
+/// Of a camera that has given no image for so long.
+Finding check_silence(std::chrono::seconds silence);
 
 /// Exposure and focus.
 std::vector<Finding> check_picture(const Health& health);
@@ -33,7 +37,8 @@ Finding check_skew(std::optional<Time> skew, double most_ms);
 /// Whether a pair's images fit their calibration.
 Finding check_pair(const odometry::PairFit& fit);
 
-/// Which of the sensors' quantities an image has; inputs: sensors.inputs.
-Finding check_vehicle(const Frame& frame, const std::string& inputs);
+/// Which of the sensors' quantities an image has, its heading from true north. inputs:
+/// sensors.inputs; convergence: of the grid from whose north the frame's yaw is, radians.
+Finding check_vehicle(const Frame& frame, const std::string& inputs, double convergence = 0);
 
 }  // namespace nadir::app

@@ -8,6 +8,8 @@
 #include <fstream>
 #include <vector>
 
+#include "nadir/core/entries.hpp"
+
 namespace nadir::app {
 
 namespace fs = std::filesystem;
@@ -35,10 +37,8 @@ std::optional<double> number_in(const fs::path& file, int base = 10) {
 // The values of FOLDER/*/NAME; entries without one are passed over.
 std::vector<double> numbers_in(const fs::path& folder, const char* name) {
   std::vector<double> found;
-  std::error_code error;
-  for (auto entry = fs::directory_iterator(folder, error); entry != fs::directory_iterator();
-       entry.increment(error)) {
-    if (const auto value = number_in(entry->path() / name)) found.push_back(*value);
+  for (const fs::path& entry : entries_of(folder)) {
+    if (const auto value = number_in(entry / name)) found.push_back(*value);
   }
   return found;
 }
@@ -67,11 +67,10 @@ std::optional<double> memory_used(const fs::path& sys) {
 // The firmware's node lies below that of the processor, whose name has its address on a Pi 5.
 std::optional<unsigned> throttling_bits(const fs::path& sys) {
   constexpr int kHexadecimal = 16;
-  std::error_code error;
-  for (const auto& soc : fs::directory_iterator(sys / "devices/platform", error)) {
-    const std::string name = soc.path().filename().string();
+  for (const fs::path& soc : entries_of(sys / "devices/platform")) {
+    const std::string name = soc.filename().string();
     if (!name.starts_with("soc")) continue;
-    const auto bits = number_in(soc.path() / (name + ":firmware") / "get_throttled", kHexadecimal);
+    const auto bits = number_in(soc / (name + ":firmware") / "get_throttled", kHexadecimal);
     if (bits) return static_cast<unsigned>(*bits);
   }
   return std::nullopt;

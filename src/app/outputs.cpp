@@ -79,7 +79,8 @@ void Outputs::process(const Cloud& cloud) {
   const Shot* shot = cloud.surface->orientation->shot.get();
   if (!shot || (outlined_ && shot->time - *outlined_ < kOutlinePeriod)) return;
   outlined_ = shot->time;
-  output_.send(coverage_.outline());
+  mosaic2d::Coverage coverage = coverage_;  // stays as fine as it is
+  while (!output_.send(coverage.outline())) coverage.coarsen();
 }
 
 }  // namespace nadir::app

@@ -19,7 +19,8 @@ class Outputs {
 
   /// Sends the pose of the shot's image, if it has one.
   void process(const Orientation& orientation);
-  /// Sends the ground of an image that has a plane, and every 5 s the outline of all.
+  /// Sends the ground of an image that has a plane, and every 5 s the outline of all, as coarse as
+  /// a datagram needs it.
   void process(const Cloud& cloud);
 
  private:

@@ -14,6 +14,11 @@ constexpr auto kPlainPeriod = std::chrono::seconds(5);
 
 }  // namespace
 
+void print(const Alert& alert, std::FILE* out) {
+  std::fprintf(out, "%s: %s; %s\n", std::string(to_string(alert.kind)).c_str(),
+               alert.message.c_str(), alert.remedy.c_str());
+}
+
 Progress::Progress(std::size_t total, std::FILE* out)
     : total_(total), out_(out), terminal_(isatty(fileno(out)) == 1) {}
 
@@ -45,8 +50,7 @@ void Progress::add(const record::Entry& entry) {
 
 void Progress::add(const Alert& alert) {
   clear_line();
-  std::fprintf(out_, "%s: %s; %s\n", std::string(to_string(alert.kind)).c_str(),
-               alert.message.c_str(), alert.remedy.c_str());
+  print(alert, out_);
 }
 
 void Progress::finish() {

@@ -13,6 +13,9 @@
 
 namespace nadir::app {
 
+/// One line: kind, what happened, what to do.
+void print(const Alert& alert, std::FILE* out);
+
 class Progress {
  public:
   /// total: images expected, 0: unknown; out is asked whether it is a terminal.

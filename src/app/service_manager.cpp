@@ -4,12 +4,14 @@
 
 #include <systemd/sd-daemon.h>
 
+#include <cstdlib>
 #include <utility>
 
 namespace nadir::app {
 
 ServiceManager::ServiceManager() {
   constexpr int kNotForChildren = 1;
+  is_there_ = std::getenv("NOTIFY_SOCKET") != nullptr;
   if (sd_listen_fds(kNotForChildren) >= 1) socket_ = SD_LISTEN_FDS_START;
 }
 

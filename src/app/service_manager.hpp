@@ -14,6 +14,8 @@ class ServiceManager {
  public:
   ServiceManager();
 
+  /// Whether there is one that starts this program again when it ends.
+  bool is_there() const { return is_there_; }
   /// The socket that nadir.socket listens on.
   std::optional<int> socket() const { return socket_; }
 
@@ -27,6 +29,7 @@ class ServiceManager {
   void stopping();
 
  private:
+  bool is_there_ = false;
   std::optional<int> socket_;
   std::string status_;
 };

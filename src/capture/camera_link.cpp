@@ -15,6 +15,7 @@ constexpr Time kFirstRetry = 250 * kMillisecond, kLastRetry = kSecond;
 constexpr Time kStarting = 3 * kSecond;
 constexpr Time kShortestPatience = 600 * kMillisecond;
 constexpr Time kUsualPeriod = 100 * kMillisecond;
+constexpr Time kMostAhead = kSecond;  // now is asked for once for many pictures
 
 }  // namespace
 
@@ -51,6 +52,8 @@ void CameraLink::keep_open(Time now, std::vector<Alert>& alerts) {
     return;
   }
   camera_ = std::move(opened.camera);
+  // What it gives is taken from now on, whatever the last stamp before said.
+  if (newest_) newest_ = std::min(*newest_, now);
   ++opened_;
   remarks_ = std::move(opened.remarks);
   if (camera_->rate_hz() > 0) period_ = from_seconds(1 / camera_->rate_hz());
@@ -65,11 +68,18 @@ std::optional<Picture> CameraLink::take(Time now, std::vector<Alert>& alerts) {
     Camera::Taken taken = camera_->take();
     if (!taken.gone.empty()) lose(now, taken.gone, alerts);
     if (!taken.picture) return std::nullopt;
+    if (taken.picture->time > now + kMostAhead) {
+      if (std::exchange(ahead_, taken.picture->time) == taken.picture->time) continue;
+      // Nothing is measured by it, nor losses by the time that seems to have passed.
+      taken.picture->lost_before = 0;
+      taken.picture->fault = "the camera's driver says it was taken later than now";
+      return std::move(taken.picture);
+    }
     if (newest_ && taken.picture->time <= *newest_) continue;
     // A slower camera than it said is believed at once, a faster one by and by.
     const Time gap = taken.picture->time - newest_.value_or(taken.picture->time);
     if (has_given_ && gap > 0) {
-      const Time period = gap / (1 + taken.picture->lost_before);
+      const Time period = gap / (Time{1} + taken.picture->lost_before);
       period_ = std::max(period, period_ + (period - period_) / 8);
     }
     newest_ = taken.picture->time;

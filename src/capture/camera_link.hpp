@@ -25,7 +25,8 @@ class CameraLink {
   /// has given no whole picture for three periods, once for each reason, and camera_back with the
   /// first one after it.
   void keep_open(Time now, std::vector<Alert>& alerts);
-  /// The next picture waiting. Pictures that are not later than the one before are passed over.
+  /// The next picture waiting. Pictures that are not later than the one before are passed over,
+  /// those stamped more than a second later than now are damaged.
   std::optional<Picture> take(Time now, std::vector<Alert>& alerts);
 
   /// See Camera; none while it is lost.
@@ -55,6 +56,7 @@ class CameraLink {
   Time due_ = 0, retry_ = 0;
   Time period_ = 0;
   std::optional<Time> newest_;  ///< picture
+  std::optional<Time> ahead_;   ///< the last stamp that was later than now
   int opened_ = 0;
   bool has_given_ = false;  ///< a picture since it was opened
   std::string told_;        ///< why it is lost; empty while it is not

@@ -9,7 +9,6 @@
 #include <algorithm>
 #include <atomic>
 #include <cerrno>
-#include <chrono>
 #include <cmath>
 #include <cstring>
 #include <filesystem>
@@ -24,6 +23,7 @@
 #include "nadir/core/rounded.hpp"
 #include "nadir/image_io/decode.hpp"
 #include "nadir/image_io/encode.hpp"
+#include "nadir/pipeline/progress.hpp"
 #include "pairing.hpp"
 
 namespace nadir::capture {
@@ -33,10 +33,6 @@ constexpr Time kMillisecond = 1'000'000;
 constexpr Time kSecond = 1000 * kMillisecond;
 constexpr Time kNoSkew = std::numeric_limits<Time>::max();
 constexpr Time kTellLost = 10 * kSecond;  // losses of so long are told together
-
-Time monotonic_now() {
-  return std::chrono::nanoseconds(std::chrono::steady_clock::now().time_since_epoch()).count();
-}
 
 /// Wakes a thread that waits in poll(2).
 class WakeUp {
@@ -146,7 +142,8 @@ struct CameraSource::State {
   std::atomic<double> speed_px = 0;  ///< of the ground in the images, a second
   std::optional<ExposureControl> exposure;
   std::atomic<double> exposure_ms = 0;  ///< 0: unknown
-  int exposed = 0;                      ///< which opening of the camera it steers
+  int steered = 0;                      ///< which opening of the camera it is of
+  int exposed = 0;                      ///< openings of all cameras when they were last set
 };
 
 CameraSource::CameraSource(const Config& config, bool keep_originals)
@@ -178,7 +175,10 @@ std::optional<Captured> CameraSource::next(const std::stop_token& stop) {
     now = monotonic_now();
     captured.shot = s.next_shot(now, captured.alerts);
     if (captured.shot) break;
-    for (CameraLink& link : s.links) link.keep_open(now, captured.alerts);
+    for (CameraLink& link : s.links) {
+      link.keep_open(now, captured.alerts);
+      pipeline::note_progress();
+    }
     if (!captured.alerts.empty()) break;
   }
   // Of images that all come damaged no shot tells.
@@ -266,7 +266,8 @@ std::optional<Shot> CameraSource::State::next_shot(Time now, std::vector<Alert>&
 
 // Both cameras of a pair see the same ground and are set alike, by the left one.
 void CameraSource::State::steer_exposure(const Frame& frame) {
-  if (std::exchange(exposed, links[0].opened()) != exposed || !exposure) {
+  if (steered != links[0].opened() || !exposure) {
+    steered = links[0].opened();
     const auto exposing = links[0].exposing();
     exposure.reset();
     exposure_ms = 0;
@@ -275,10 +276,15 @@ void CameraSource::State::steer_exposure(const Frame& frame) {
   }
   const double full_speed_px = speed_px * config.divisor();
   const double period_ms = static_cast<double>(links[0].period()) / kMillisecond;
-  const auto next = exposure->observe(cv::mean(frame.grey)[0], full_speed_px, period_ms);
+  const bool changed =
+      exposure->observe(cv::mean(frame.grey)[0], full_speed_px, period_ms).has_value();
   exposure_ms = exposure->exposure().ms;
-  if (!next) return;
-  for (CameraLink& link : links) link.expose(*next);
+  // Each opening leaves a camera as its driver has it.
+  int opened = 0;
+  for (const CameraLink& link : links) opened += link.opened();
+  if (!changed && opened == exposed) return;
+  exposed = opened;
+  for (CameraLink& link : links) link.expose(exposure->exposure());
 }
 
 // What is wrong with a picture; empty when both are decoded.

@@ -1,11 +1,13 @@
 // SPDX-FileCopyrightText: nadir contributors
 // SPDX-License-Identifier: Apache-2.0
-// ioctl(2), begun again when a signal comes between.
+// ioctl(2), begun again when a signal comes between. A driver in trouble lets call by call wait.
 #pragma once
 
 #include <sys/ioctl.h>
 
 #include <cerrno>
+
+#include "nadir/pipeline/progress.hpp"
 
 namespace nadir::capture {
 
@@ -16,6 +18,7 @@ int control(int file, unsigned long request, Argument& argument) {
   do {
     result = ::ioctl(file, request, &argument);
   } while (result < 0 && errno == EINTR);
+  pipeline::note_progress();
   return result;
 }
 

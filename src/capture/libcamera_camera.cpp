@@ -8,11 +8,11 @@
 #include <cstdlib>
 #include <cstring>
 #include <sstream>
-#include <system_error>
 #include <utility>
 
 #include "file.hpp"
 #include "libcamera_plugin.h"
+#include "nadir/core/entries.hpp"
 #include "v4l2_mode.hpp"
 
 namespace nadir::capture {
@@ -42,11 +42,8 @@ bool is_plugin(const fs::path& file) {
 }
 
 LoadedPlugin load_first(const fs::path& folder) {
-  std::vector<fs::path> files;
-  std::error_code none;
-  for (const auto& entry : fs::directory_iterator(folder, none)) {
-    if (is_plugin(entry.path())) files.push_back(entry.path());
-  }
+  std::vector<fs::path> files = entries_of(folder);
+  std::erase_if(files, [](const fs::path& file) { return !is_plugin(file); });
   std::ranges::sort(files, [](const fs::path& a, const fs::path& b) {
     return ::strverscmp(a.c_str(), b.c_str()) > 0;
   });

@@ -8,7 +8,6 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
-#include <chrono>
 #include <cstring>
 #include <utility>
 
@@ -91,10 +90,6 @@ class Stream {
   int device_;
   std::vector<std::span<const std::uint8_t>> buffers_;
 };
-
-Time monotonic_now() {
-  return std::chrono::nanoseconds(std::chrono::steady_clock::now().time_since_epoch()).count();
-}
 
 // When it was taken, by CLOCK_MONOTONIC; a driver with another clock is late by its delivery.
 Time time_of(const v4l2_buffer& buffer) {

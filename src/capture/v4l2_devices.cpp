@@ -4,7 +4,6 @@
 
 #include <fcntl.h>
 #include <linux/videodev2.h>
-#include <sys/ioctl.h>
 #include <unistd.h>
 
 #include <algorithm>
@@ -15,6 +14,8 @@
 
 #include "file.hpp"
 #include "image_list.hpp"
+#include "ioctl.hpp"
+#include "nadir/core/entries.hpp"
 
 namespace nadir::capture {
 
@@ -45,7 +46,7 @@ std::optional<V4l2Device> device_at(const std::string& node) {
   const int file = ::open(node.c_str(), O_RDWR | O_NONBLOCK | O_CLOEXEC);
   if (file < 0) return std::nullopt;
   v4l2_capability capability{};
-  const bool known = ::ioctl(file, VIDIOC_QUERYCAP, &capability) == 0;
+  const bool known = control(file, VIDIOC_QUERYCAP, capability) == 0;
   ::close(file);
   constexpr __u32 kNeeded = V4L2_CAP_VIDEO_CAPTURE | V4L2_CAP_STREAMING;
   if (!known || (capability.device_caps & kNeeded) != kNeeded) return std::nullopt;
@@ -77,10 +78,8 @@ FoundDevice the_only(const std::vector<V4l2Device>& devices,
 
 std::vector<V4l2Device> v4l2_devices() {
   std::vector<std::string> nodes;
-  std::error_code error;
-  for (const auto& entry : fs::directory_iterator("/dev", error)) {
-    const std::string name = entry.path().filename().string();
-    if (name.starts_with("video")) nodes.push_back(entry.path().string());
+  for (const fs::path& entry : entries_of("/dev")) {
+    if (entry.filename().string().starts_with("video")) nodes.push_back(entry.string());
   }
   std::ranges::sort(nodes, natural_less);
   std::vector<V4l2Device> devices;

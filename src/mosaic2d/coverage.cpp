@@ -10,7 +10,70 @@ namespace nadir::mosaic2d {
 namespace {
 
 constexpr double kCellsAcross = 32;  // of the first footprint
-constexpr int kMostSide = 4096, kMargin = 64;
+// There are two rasters while it grows, and a bit of each cell while it is outlined.
+constexpr int kMostSide = 2560, kMargin = 64;
+
+/// Cells that a raster of a size lacks to hold what reaches from first to last.
+struct Lack {
+  double before = 0, behind = 0;
+
+  Lack(double first, double last, int size)
+      : before(first < 0 ? std::ceil(-first) + kMargin : 0),
+        behind(last >= size ? std::floor(last) + 1 - size + kMargin : 0) {}
+  bool fits(int size) const { return before + size + behind <= kMostSide; }
+  bool none() const { return before == 0 && behind == 0; }
+};
+
+/// Follows the edges between cells that were seen and cells that were not.
+class Tracer {
+ public:
+  explicit Tracer(const cv::Mat& seen) : seen_(seen), traced_(seen.total()) {}
+
+  /// Corners of a border in turn, in cells; empty when all have been given.
+  std::vector<cv::Point> next() {
+    for (; begin_.y < seen_.rows; begin_ = {0, begin_.y + 1}) {
+      for (; begin_.x < seen_.cols; ++begin_.x) {
+        if (is_seen(begin_) && !is_seen(begin_ - cv::Point(0, 1)) && !traced_[index(begin_)])
+          return follow();
+      }
+    }
+    return {};
+  }
+
+ private:
+  bool is_seen(const cv::Point& cell) const {
+    return cell.inside({0, 0, seen_.cols, seen_.rows}) && seen_.at<std::uint8_t>(cell) != 0;
+  }
+  std::size_t index(const cv::Point& cell) const {
+    return static_cast<std::size_t>(cell.y) * seen_.cols + cell.x;
+  }
+
+  // From the first cell's upper edge on, with what was seen to the right of the way.
+  std::vector<cv::Point> follow() {
+    std::vector<cv::Point> corners;
+    cv::Point at = begin_, step(1, 0);
+    do {
+      if (step.x > 0) traced_[index(at)] = true;
+      at += step;
+      // Of the four cells around, the two ahead.
+      const cv::Point right(-step.y, step.x);
+      const cv::Point ahead((step.x + right.x - 1) / 2, (step.y + right.y - 1) / 2);
+      const cv::Point before = step;
+      // Left first: cells that touch at a corner belong together.
+      if (is_seen(at + ahead - right)) {
+        step = -right;
+      } else if (!is_seen(at + ahead)) {
+        step = right;
+      }
+      if (step != before) corners.push_back(at);
+    } while (at != begin_ || step != cv::Point(1, 0));
+    return corners;
+  }
+
+  const cv::Mat& seen_;
+  std::vector<bool> traced_;  ///< upper edges
+  cv::Point begin_;
+};
 
 }  // namespace
 
@@ -31,6 +94,7 @@ void Coverage::add(std::span<const Eigen::Vector2d> footprint) {
     if (!(across > 0)) return;
     cell_ = across / kCellsAcross;
     origin_ = low;
+    seen_ = cv::Mat(1, 1, CV_8UC1, cv::Scalar(0));
   }
   make_room(low, high);
   constexpr int kFraction = 8;  // bits behind the point
@@ -45,37 +109,23 @@ void Coverage::add(std::span<const Eigen::Vector2d> footprint) {
 }
 
 void Coverage::make_room(const Eigen::Vector2d& low, const Eigen::Vector2d& high) {
-  const auto outside = [&] {
+  while (true) {
     const Eigen::Vector2d first = in_cells(low), last = in_cells(high);
-    return first.minCoeff() < 0 || last.x() >= seen_.cols || last.y() >= seen_.rows;
-  };
-  while (outside()) {
-    const Eigen::Vector2d first = in_cells(low), last = in_cells(high);
-    const auto before = [](double cells) {
-      return cells < 0 ? static_cast<int>(std::ceil(-cells)) + kMargin : 0;
-    };
-    const auto behind = [](double cells, int size) {
-      return cells >= size ? static_cast<int>(std::floor(cells)) + 1 - size + kMargin : 0;
-    };
-    const double farthest = std::max(first.cwiseAbs().maxCoeff(), last.cwiseAbs().maxCoeff());
-    const bool fits = farthest < kMostSide && seen_.cols + before(first.x()) < kMostSide &&
-                      seen_.rows + before(first.y()) < kMostSide;
-    if (!fits) {
+    const Lack x(first.x(), last.x(), seen_.cols), y(first.y(), last.y(), seen_.rows);
+    if (x.none() && y.none()) return;
+    if (!x.fits(seen_.cols) || !y.fits(seen_.rows)) {
       coarsen();
       continue;
     }
-    const int left = before(first.x()), above = before(first.y());
     cv::Mat wider;
-    cv::copyMakeBorder(seen_.empty() ? cv::Mat(1, 1, CV_8UC1, cv::Scalar(0)) : seen_, wider, above,
-                       behind(last.y(), std::max(seen_.rows, 1)), left,
-                       behind(last.x(), std::max(seen_.cols, 1)), cv::BORDER_CONSTANT,
+    cv::copyMakeBorder(seen_, wider, static_cast<int>(y.before), static_cast<int>(y.behind),
+                       static_cast<int>(x.before), static_cast<int>(x.behind), cv::BORDER_CONSTANT,
                        cv::Scalar(0));
     seen_ = wider;
-    origin_ -= cell_ * Eigen::Vector2d(left, above);
+    origin_ -= cell_ * Eigen::Vector2d(x.before, y.before);
   }
 }
 
-// Cells of twice the side; one is seen when any of its four was.
 void Coverage::coarsen() {
   cell_ *= 2;
   if (seen_.empty()) return;
@@ -93,21 +143,17 @@ void Coverage::coarsen() {
 
 std::vector<std::vector<Eigen::Vector2d>> Coverage::outline() const {
   if (seen_.empty()) return {};
-  // Outlines run through the centres of border cells: by twice as many of them, through their
-  // edges.
-  cv::Mat fine;
-  cv::resize(seen_, fine, {}, 2, 2, cv::INTER_NEAREST);
-  std::vector<std::vector<cv::Point>> contours;
-  cv::findContours(fine, contours, cv::RETR_CCOMP, cv::CHAIN_APPROX_NONE);
   std::vector<std::vector<Eigen::Vector2d>> polygons;
-  for (const auto& contour : contours) {
+  Tracer borders(seen_);
+  for (auto corners = borders.next(); !corners.empty(); corners = borders.next()) {
     std::vector<cv::Point> simpler;
-    constexpr double kWithin = 1.5;  // half cells
-    cv::approxPolyDP(contour, simpler, kWithin, true);
-    if (simpler.size() < 3) continue;
+    constexpr double kWithin = 1;  // cell: a slanting border's steps
+    cv::approxPolyDP(corners, simpler, kWithin, true);
+    constexpr std::size_t kFewest = 3;
+    if (simpler.size() < kFewest) simpler = std::move(corners);  // no wider than a cell
     std::vector<Eigen::Vector2d> polygon;
     for (const cv::Point& at : simpler)
-      polygon.push_back(origin_ + cell_ * 0.5 * Eigen::Vector2d(at.x + 0.5, at.y + 0.5));
+      polygon.push_back(origin_ + cell_ * Eigen::Vector2d(at.x, at.y));
     polygons.push_back(std::move(polygon));
   }
   return polygons;

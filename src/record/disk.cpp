@@ -55,7 +55,7 @@ int Disk::rename(const path& from, const path& to) {
   return or_errno(::rename(from.c_str(), to.c_str()));
 }
 
-int Disk::remove(const path& name) { return or_errno(::unlink(name.c_str())); }
+int Disk::remove(const path& name) { return or_errno(::remove(name.c_str())); }
 
 int Disk::make_directory(const path& name) {
   constexpr mode_t kSearchableByAll = 0755;

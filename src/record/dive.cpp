@@ -3,6 +3,7 @@
 #include "nadir/record/dive.hpp"
 
 #include <algorithm>
+#include <iterator>
 
 #include "nadir/core/check.hpp"
 #include "originals_folder.hpp"
@@ -18,11 +19,14 @@ constexpr std::size_t kMostPending = 1000;  // alerts that wait for the disk
 
 enum class Condition { saving, without_images, paused };
 
-bool holds_files(const path& folder) {
-  std::error_code error;
+// At any depth; fault: why it is not known.
+bool holds_files(const path& folder, std::error_code& fault) {
   constexpr auto kOptions = fs::directory_options::skip_permission_denied;
-  return std::ranges::any_of(fs::recursive_directory_iterator(folder, kOptions, error),
-                             [](const fs::directory_entry& item) { return !item.is_directory(); });
+  for (fs::recursive_directory_iterator at(folder, kOptions, fault), end; at != end;
+       at.increment(fault)) {
+    if (!at->is_directory(fault)) return true;
+  }
+  return false;
 }
 
 [[noreturn]] void refuse(const path& folder, std::string_view fault, std::string_view remedy) {
@@ -42,20 +46,38 @@ void require(int result, const path& folder) {
   if (result < 0) refuse(folder, describe(result), kRemedy);
 }
 
-// A folder that is there already will do.
-void make_folder(Disk& disk, const path& folder) {
-  std::error_code error;
-  if (fs::is_directory(folder, error)) return;
-  require(disk.make_directory(folder), folder);
-}
+/// Those that were made go again unless they are kept: a dive that is tried until it begins leaves
+/// no heap of them.
+class Folders {
+ public:
+  explicit Folders(Disk& disk) : disk_(disk) {}
+  ~Folders() {
+    for (auto folder = made_.rbegin(); folder != made_.rend(); ++folder) disk_.remove(*folder);
+  }
+  Folders(const Folders&) = delete;
+  Folders& operator=(const Folders&) = delete;
+
+  /// One that is there already will do.
+  void make(const path& folder) {
+    std::error_code error;
+    if (fs::is_directory(folder, error)) return;
+    require(disk_.make_directory(folder), folder);
+    made_.push_back(folder);
+  }
+  void keep() { made_.clear(); }
+
+ private:
+  Disk& disk_;
+  std::vector<path> made_;
+};
 
 // Its absolute name.
-path begin_folder(Disk& disk, const path& folder) {
+path begin_folder(Disk& disk, Folders& folders, const path& folder) {
   path name = fs::absolute(folder).lexically_normal();
   if (!name.has_filename()) name = name.parent_path();  // "dives/today/"
   std::error_code error;
   fs::create_directories(name.parent_path(), error);
-  make_folder(disk, name);
+  folders.make(name);
   require(sync_directory(disk, name.parent_path()), name);
   return name;
 }
@@ -64,7 +86,9 @@ void require_unused(const path& folder, const FolderLock& lock) {
   constexpr std::string_view kRemedy = "choose another folder";
   if (!lock.held()) refuse(folder, "is being recorded by another program", kRemedy);
   if (has_journal(folder)) refuse(folder, "already holds a dive", kRemedy);
-  if (holds_files(folder)) refuse(folder, "is not empty", kRemedy);
+  std::error_code fault;
+  if (holds_files(folder, fault)) refuse(folder, "is not empty", kRemedy);
+  if (fault) refuse(folder, "cannot be read: " + fault.message(), kRemedy);
 }
 
 std::string describe(Condition from, Condition to, int error, std::uint64_t unsaved) {
@@ -94,15 +118,16 @@ Alert storage_alert(const Facts& facts, std::string message, bool trouble) {
 struct Dive::State {
   State(Disk& disk_used, const path& dive, const Config& configured)
       : disk(disk_used),
-        folder(begin_folder(disk, dive)),
+        folders(disk),
+        folder(begin_folder(disk, folders, dive)),
         config(configured),
         lock(folder),
         journal(disk, folder),
         projected(disk, folder),
         originals(disk, folder) {
     require_unused(folder, lock);
-    make_folder(disk, folder / "projected");
-    make_folder(disk, folder / "mosaic2d");
+    folders.make(folder / "projected");
+    folders.make(folder / "mosaic2d");
   }
 
   int save_projected(const Entry& entry, Facts& facts);
@@ -112,6 +137,7 @@ struct Dive::State {
   std::vector<Alert> make_files(const nlohmann::json& rates);
 
   Disk& disk;
+  Folders folders;
   path folder;
   Config config;
   FolderLock lock;
@@ -201,9 +227,11 @@ std::vector<Alert> Dive::State::conclude_originals(const Facts& facts, int error
 }
 
 void Dive::State::record_pending() {
-  while (!pending.empty() && journal.append(RecordType::alert, encode(pending.front())) == 0) {
-    pending.erase(pending.begin());
-  }
+  if (pending.empty()) return;
+  std::vector<Bytes> payloads;
+  for (const Alert& alert : pending) payloads.push_back(encode(alert));
+  const std::vector<ByteView> views(payloads.begin(), payloads.end());
+  if (journal.append(RecordType::alert, views) == 0) pending.clear();
 }
 
 void Config::check() const { require_setting(!dives.empty(), "record.dives", "a folder"); }
@@ -216,6 +244,7 @@ Dive::Dive(const fs::path& folder, const DiveInfo& info, const Config& config, D
   state_ = std::make_unique<State>(disk, folder, config);
   state_->info = info;
   require(state_->journal.append(RecordType::begin, encode_begin(begin_facts(info))), folder);
+  state_->folders.keep();
 }
 
 Dive::~Dive() = default;
@@ -251,9 +280,10 @@ std::vector<Alert> Dive::add(const Entry& entry) {
   return alerts;
 }
 
-void Dive::add(const Alert& alert) {
+void Dive::add(std::span<const Alert> alerts) {
   State& s = *state_;
-  if (s.pending.size() < kMostPending) s.pending.push_back(alert);
+  const std::size_t room = kMostPending - std::min(s.pending.size(), kMostPending);
+  std::ranges::copy(alerts.first(std::min(alerts.size(), room)), std::back_inserter(s.pending));
   s.record_pending();  // a disk that fails is told with the next entry
 }
 

@@ -47,29 +47,30 @@ std::uint32_t checksum(std::uint32_t size, RecordType type, std::uint64_t sequen
   return payload.empty() ? crc : libdeflate_crc32(crc, payload.data(), payload.size());
 }
 
-Bytes framed(RecordType type, std::uint64_t sequence, ByteView payload) {
+void frame(Encoder& records, RecordType type, std::uint64_t sequence, ByteView payload) {
   NADIR_CHECK(payload.size() <= kLargestPayload, payload.size());
   const auto size = static_cast<std::uint32_t>(payload.size());
-  Encoder record;
-  record.raw(kRecordMagic.data(), kRecordMagic.size());
-  record(size, type, checksum(size, type, sequence, payload), sequence);
-  record.raw(payload.data(), payload.size());
-  return record.take();
+  records.raw(kRecordMagic.data(), kRecordMagic.size());
+  records(size, type, checksum(size, type, sequence, payload), sequence);
+  records.raw(payload.data(), payload.size());
 }
 
 }  // namespace
 
-int JournalWriter::append(RecordType type, ByteView payload) {
-  const Bytes record = framed(type, next_sequence_, payload);
-  int result = append_once(record);
-  if (result != 0) result = append_once(record);
-  ++next_sequence_;  // also after a failure: the disk may hold the record all the same
+int JournalWriter::append(RecordType type, std::span<const ByteView> payloads) {
+  Encoder framed;
+  std::uint64_t sequence = next_sequence_;
+  for (const ByteView payload : payloads) frame(framed, type, sequence++, payload);
+  const Bytes records = framed.take();
+  int result = append_once(records);
+  if (result != 0) result = append_once(records);
+  next_sequence_ = sequence;  // also after a failure: the disk may hold the records all the same
   return result;
 }
 
-int JournalWriter::append_once(ByteView record) {
+int JournalWriter::append_once(ByteView records) {
   int result = file_ < 0 ? begin_segment() : 0;
-  if (result == 0) result = write_all(disk_, file_, record);
+  if (result == 0) result = write_all(disk_, file_, records);
   if (result == 0) result = sync_file(disk_, file_);
   if (result == 0) {
     ++records_in_segment_;

@@ -13,6 +13,7 @@
 #include <cstdint>
 #include <fstream>
 #include <optional>
+#include <span>
 
 #include "archive.hpp"
 #include "nadir/record/disk.hpp"
@@ -36,11 +37,13 @@ class JournalWriter {
 
   /// One write and one sync. 0 when the record is durable, else -errno: then it was tried in a new
   /// segment too.
-  int append(RecordType type, ByteView payload);
+  int append(RecordType type, ByteView payload) { return append(type, std::span(&payload, 1)); }
+  /// The same of several of one type.
+  int append(RecordType type, std::span<const ByteView> payloads);
   void close();
 
  private:
-  int append_once(ByteView record);
+  int append_once(ByteView records);
   int begin_segment();
   void abandon_segment();
 

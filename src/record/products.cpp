@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <functional>
 
+#include "nadir/core/entries.hpp"
 #include "projected_folder.hpp"
 #include "text.hpp"
 
@@ -101,11 +102,9 @@ int write_summary(Disk& disk, const path& dive, const nlohmann::json& summary) {
 
 void remove_leftovers(Disk& disk, const path& dive) {
   for (const path& folder : {dive, dive / "projected", dive / "mosaic2d"}) {
-    std::error_code error;
-    std::vector<path> leftovers;
-    for (const auto& item : std::filesystem::directory_iterator(folder, error)) {
-      if (is_spare(item.path()) || is_temporary(item.path())) leftovers.push_back(item.path());
-    }
+    std::vector<path> leftovers = entries_of(folder);
+    std::erase_if(leftovers,
+                  [](const path& name) { return !is_spare(name) && !is_temporary(name); });
     std::ranges::sort(leftovers);
     for (const path& name : leftovers) disk.remove(name);
   }

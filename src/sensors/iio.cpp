@@ -14,6 +14,7 @@
 #include <utility>
 
 #include "angle.hpp"
+#include "nadir/core/entries.hpp"
 
 namespace nadir::sensors {
 
@@ -112,13 +113,11 @@ IioDevice::IioDevice(fs::path devices, std::string name)
 bool IioDevice::find() {
   folder_.clear();
   std::string found;
-  std::error_code error;
-  for (auto entry = fs::directory_iterator(devices_, error); entry != fs::directory_iterator();
-       entry.increment(error)) {
+  for (const fs::path& entry : entries_of(devices_)) {
     std::string name;
-    std::ifstream(entry->path() / "name") >> name;
-    if (name != name_ && entry->path().filename() != name_) continue;
-    folder_ = entry->path();
+    std::ifstream(entry / "name") >> name;
+    if (name != name_ && entry.filename() != name_) continue;
+    folder_ = entry;
     found = name;
   }
   const auto open = [&](const char* file) {

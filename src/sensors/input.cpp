@@ -10,6 +10,7 @@
 #include <optional>
 
 #include "nadir/core/check.hpp"
+#include "words.hpp"
 
 namespace nadir::sensors {
 namespace {
@@ -21,8 +22,9 @@ constexpr std::uint32_t kHighestPort = 65535, kFastest = 4'000'000, kMostReading
 
 [[noreturn]] void refuse(std::string_view text, const std::string& fault) {
   throw InputError("sensor input \"" + std::string(text) + "\": " + fault +
-                   "; give nmea or mavlink, then serial:DEVICE:BAUD, udp:PORT or tcp:HOST:PORT, "
-                   "such as nmea:serial:/dev/ttyUSB0:4800 or mavlink:udp:14550");
+                   "; give nmea or mavlink, then serial:DEVICE:BAUD, udp:PORT or tcp:HOST:PORT, or "
+                   "iio:device:NAME:HZ, such as nmea:serial:/dev/ttyUSB0:4800, mavlink:udp:14550 "
+                   "or iio:device:ms5837-30ba:20");
 }
 
 template <class Choice, std::size_t n>
@@ -102,15 +104,8 @@ Input parse_input(std::string_view text) {
 
 std::vector<Input> parse_inputs(std::string_view text) {
   std::vector<Input> inputs;
-  while (true) {
-    const std::size_t first = text.find_first_not_of(" \t");
-    if (first == text.npos) return inputs;
-    text.remove_prefix(first);
-    const std::size_t end = text.find_first_of(" \t");
-    inputs.push_back(parse_input(text.substr(0, end)));
-    if (end == text.npos) return inputs;
-    text.remove_prefix(end);
-  }
+  for (const std::string_view word : words_of(text)) inputs.push_back(parse_input(word));
+  return inputs;
 }
 
 }  // namespace nadir::sensors

@@ -31,9 +31,6 @@ using boost::system::error_code;
 
 constexpr auto kRetry = std::chrono::seconds(1), kPatience = std::chrono::seconds(5);
 
-// steady_clock is CLOCK_MONOTONIC, by which cameras stamp their images.
-Time now() { return std::chrono::steady_clock::now().time_since_epoch().count(); }
-
 struct Counters {
   std::atomic<std::uint64_t> used = 0, unused = 0, damaged = 0, bytes = 0;
 };
@@ -160,7 +157,7 @@ class Link : public std::enable_shared_from_this<Link> {
 
   // Its file waits for the sensor, some hundredths of a second.
   void read_device() {
-    const Time time = now();
+    const Time time = monotonic_now();
     const Reading reading = device_.read(time);
     const std::string& fault = device_.fault();
     const bool gives = reading != Reading();  // something, though it may lack the heading
@@ -263,7 +260,7 @@ class Link : public std::enable_shared_from_this<Link> {
   }
 
   void take(std::size_t size) {
-    const Time time = now();
+    const Time time = monotonic_now();
     counters_.bytes += size;
     ear_.hear(std::span(buffer_).first(size), [&](const Reading& reading) {
       callbacks_.heard({index_, time, reading});
@@ -271,13 +268,13 @@ class Link : public std::enable_shared_from_this<Link> {
   }
 
   void end() {
-    const Time time = now();
+    const Time time = monotonic_now();
     ear_.end([&](const Reading& reading) { callbacks_.heard({index_, time, reading}); });
   }
 
   void opened() {
     if (std::exchange(state_, State::open) == State::open) return;
-    callbacks_.link({index_, now(), {}});
+    callbacks_.link({index_, monotonic_now(), {}});
   }
 
   void close(error_code error) {
@@ -294,7 +291,7 @@ class Link : public std::enable_shared_from_this<Link> {
 
   void tell_fault(const std::string& fault) {
     if (std::exchange(state_, State::failed) != State::failed)
-      callbacks_.link({index_, now(), input_.name() + ": " + fault});
+      callbacks_.link({index_, monotonic_now(), input_.name() + ": " + fault});
   }
 
   enum class State { unknown, open, failed };

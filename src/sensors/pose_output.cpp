@@ -20,6 +20,7 @@
 #include "nadir/core/check.hpp"
 #include "nadir/sensors/mavlink.hpp"
 #include "nadir/sensors/nmea.hpp"
+#include "words.hpp"
 
 namespace nadir::sensors {
 namespace {
@@ -28,6 +29,7 @@ using nlohmann::json;
 
 constexpr Time kSecond = 1'000'000'000;
 constexpr double kDegree = std::numbers::pi / 180;
+constexpr std::size_t kMostBytes = 60'000;  // of a datagram: 65'507 by UDP over IPv4
 constexpr std::array<std::string_view, 3> kProtocols{"json", "mavlink", "nmea"};
 
 [[noreturn]] void refuse(std::string_view text, const std::string& fault) {
@@ -188,15 +190,8 @@ std::string position_line(const Position& position) {
 
 std::vector<Output> parse_outputs(std::string_view text) {
   std::vector<Output> outputs;
-  while (true) {
-    const std::size_t first = text.find_first_not_of(" \t");
-    if (first == text.npos) return outputs;
-    text.remove_prefix(first);
-    const std::size_t end = text.find_first_of(" \t");
-    outputs.push_back(parse_output(text.substr(0, end)));
-    if (end == text.npos) return outputs;
-    text.remove_prefix(end);
-  }
+  for (const std::string_view word : words_of(text)) outputs.push_back(parse_output(word));
+  return outputs;
 }
 
 struct PoseOutput::State {
@@ -258,14 +253,17 @@ void PoseOutput::send(const Ground& ground) {
   state_->send(OutputProtocol::json, object.dump());
 }
 
-void PoseOutput::send(const Outline& coverage) {
+bool PoseOutput::send(const Outline& coverage) {
   json polygons = json::array();
   for (const auto& polygon : coverage) {
     json corners = json::array();
     for (const Eigen::Vector2d& corner : polygon) corners.push_back({corner.x(), corner.y()});
     polygons.push_back(std::move(corners));
   }
-  state_->send(OutputProtocol::json, json{{"type", "coverage"}, {"outline", polygons}}.dump());
+  const std::string text = json{{"type", "coverage"}, {"outline", polygons}}.dump();
+  if (text.size() > kMostBytes) return false;
+  state_->send(OutputProtocol::json, text);
+  return true;
 }
 
 }  // namespace nadir::sensors

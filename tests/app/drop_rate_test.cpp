@@ -17,7 +17,7 @@ StageStats stage(const char* name, std::uint64_t processed, std::uint64_t droppe
 
 TEST(DropRate, CountsImagesWhateverElseAStageTakes) {
   DropRate rate;
-  rate.observe({}, {});
+  rate.observe({}, {stage("odometry", 0, 0)});
   // 100 readings of an AHRS a second beside 10 images, of which half find no room.
   EXPECT_DOUBLE_EQ(rate.observe({5, 5}, {stage("odometry", 105, 5)}), 0.5);
 }
@@ -33,7 +33,7 @@ TEST(DropRate, IsThatOfTheStageThatKeepsUpTheLeast) {
 
 TEST(DropRate, LosesNothingByAlertsAndDatagrams) {
   DropRate rate;
-  rate.observe({}, {});
+  rate.observe({}, {stage("outputs", 0, 0), stage("record", 0, 0)});
   EXPECT_EQ(rate.observe({10, 0}, {stage("outputs", 1, 900), stage("record", 10, 3)}), 0);
 }
 

@@ -7,6 +7,8 @@
 
 #include <fstream>
 
+#include "support/failing_folder.hpp"
+
 namespace nadir::app {
 namespace {
 
@@ -49,6 +51,14 @@ TEST_F(EarlierDives, ThoseThatWereCutOffAreFoundInTheirOrder) {
   make("dive-0004", {"holiday.jpg"});
   EXPECT_EQ(unfinished_dives(dives), (std::vector{dives / "dive-0001", dives / "dive-0003"}));
   EXPECT_TRUE(unfinished_dives(dives / "none").empty());
+}
+
+TEST_F(EarlierDives, OneThatCannotBeReadEndsNothing) {
+  make("dive-0001", {"journal-00000.nadir", "journal-00001.nadir"});
+  make("dive-0002", {"a", "b"});
+  make("dive-0003", {"journal-00000.nadir"});
+  const support::FailingFolder failing(dives / "dive-0002");
+  EXPECT_EQ(unfinished_dives(dives), (std::vector{dives / "dive-0001", dives / "dive-0003"}));
 }
 
 }  // namespace

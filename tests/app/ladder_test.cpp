@@ -7,6 +7,8 @@
 
 #include <fstream>
 
+#include "support/failing_folder.hpp"
+
 namespace nadir::app {
 namespace {
 
@@ -101,6 +103,13 @@ TEST(BoardLoad, ReadsWhatTheKernelTells) {
   ASSERT_TRUE(load.throttling);
   EXPECT_FALSE(load.throttling->weak_supply);
   EXPECT_TRUE(load.throttling->slowed_down);
+  fs::remove_all(sys / "devices/platform");
+  for (const char* other : {"cooling", "leds"})
+    write(fs::path("devices/platform") / other / "a", "1\n");
+  {
+    const support::FailingFolder failing(sys / "devices/platform");
+    EXPECT_EQ(board_load(sys, sys).temperature_deg, 81.5);
+  }
   fs::remove_all(sys);
 }
 

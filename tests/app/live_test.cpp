@@ -9,8 +9,6 @@
 #include <unistd.h>
 
 #include <chrono>
-#include <condition_variable>
-#include <mutex>
 #include <numbers>
 #include <opencv2/core/utility.hpp>
 #include <thread>
@@ -20,6 +18,7 @@
 #include "nadir/capture/folder_source.hpp"
 #include "nadir/sensors/nmea.hpp"
 #include "nadir/simulate/write_survey.hpp"
+#include "pause.hpp"
 #include "support/dive_folder.hpp"
 #include "watch.hpp"
 
@@ -37,8 +36,6 @@ constexpr Time kPeriod = 3'000'000'000;  // sanitized or emulated
 #else
 constexpr Time kPeriod = 200'000'000;
 #endif
-
-Time monotonic_now() { return std::chrono::nanoseconds(Clock::now().time_since_epoch()).count(); }
 
 class Datagrams {
  public:
@@ -96,10 +93,7 @@ class SimulatedCamera {
                                  "camera: is looked for", "none needed"}}};
     }
     due_ += std::chrono::nanoseconds(kPeriod);
-    std::mutex alone;
-    std::unique_lock lock(alone);
-    std::condition_variable_any().wait_until(lock, stop, due_, [] { return false; });
-    if (stop.stop_requested()) return std::nullopt;
+    if (!pause_until(due_, stop)) return std::nullopt;
     std::optional<Shot> shot = source_.next();
     if (!shot) return capture::Captured{};  // as a camera that has no image yet
     constexpr std::uint64_t kMissedAt = 5;
@@ -205,7 +199,6 @@ TEST(Live, MapsWhatACameraSeesWithWhatSensorsSayAndTellsOthers) {
     ASSERT_TRUE(verdicts.contains(item)) << item;
     EXPECT_EQ(verdicts[item], Verdict::good) << item;
   }
-  EXPECT_TRUE(verdicts.contains("camera"));
 
   const std::string alerts = contents(folder / "alerts.jsonl");
   for (const char* kind : {"camera_lost", "load"})

@@ -90,5 +90,52 @@ TEST(Outputs, TellLatitudeAndLongitudeOfAMetricMapWithAnOriginAndNorth) {
   EXPECT_FALSE(told.contains("grid_convergence_deg"));
 }
 
+/// A square metre of ground.
+Cloud seen_at(double x, double y, Time time) {
+  auto shot = std::make_shared<Shot>();
+  shot->time = time;
+  auto orientation = std::make_shared<Orientation>();
+  orientation->shot = shot;
+  auto surface = std::make_shared<Surface>();
+  surface->orientation = orientation;
+  surface->plane = Plane();
+  Grid grid;
+  grid.bgr = cv::Mat(2, 2, CV_8UC3, cv::Scalar(0));
+  grid.survey_from_grid << 1, 0, x, 0, 1, y, 0, 0, 0, 0, 0, 1;
+  grid.camera_in_survey = {x, y, 2};
+  grid.max_range = 10;
+  Cloud cloud;
+  cloud.surface = surface;
+  cloud.grid = grid;
+  return cloud;
+}
+
+TEST(Outputs, TellWhatIsCoveredInADatagramHoweverRaggedItIs) {
+  const Receiver receiver;
+  Config config;
+  config.sensors.outputs = receiver.output();
+  Outputs outputs(config);
+  constexpr int kSide = 45;  // of a chessboard's white fields, which make 300 kB
+  constexpr Time kNext = 6'000'000'000;
+  outputs.process(seen_at(0, 0, 0));
+  EXPECT_EQ(receiver.next()["type"], "ground");
+  EXPECT_EQ(receiver.next()["outline"].size(), 1u);
+  for (int i = 1; i < kSide * kSide; ++i) {
+    outputs.process(seen_at(2 * (i % kSide), 2 * (i / kSide), i == kSide * kSide - 1 ? kNext : 0));
+    ASSERT_EQ(receiver.next()["type"], "ground") << i;
+  }
+  const auto told = receiver.next();
+  ASSERT_EQ(told["type"], "coverage");
+  double left = 1e9, right = -1e9;
+  for (const auto& polygon : told["outline"]) {
+    for (const auto& corner : polygon) {
+      left = std::min(left, corner[0].get<double>());
+      right = std::max(right, corner[0].get<double>());
+    }
+  }
+  EXPECT_NEAR(left, 0, 2);
+  EXPECT_NEAR(right, 2 * kSide - 1, 2);
+}
+
 }  // namespace
 }  // namespace nadir::app

@@ -145,6 +145,70 @@ TEST_F(CameraLinkTest, PassesOverPicturesThatAreNotLater) {
   EXPECT_FALSE(link.take(200, alerts));
 }
 
+TEST_F(CameraLinkTest, IsNotBlindedByAPictureFromTheFuture) {
+  constexpr Time kHour = 3600 * kSecond, kYears = 50'000 * kHour;
+  Time now = 0;
+  const auto take = [&](Time time, std::uint32_t lost_before) {
+    give(time, lost_before);
+    auto picture = link.take(now, alerts);
+    link.keep_open(now, alerts);
+    return picture;
+  };
+  link.keep_open(now, alerts);
+  for (int i = 1; i <= 40; ++i) {
+    now = i * 100 * kMillisecond;
+    if (i % 10 == 5) {
+      const auto early = take(now + (i == 5 ? kYears : kHour), UINT32_MAX);
+      ASSERT_TRUE(early) << i;
+      EXPECT_THAT(early->fault, HasSubstr("later than now"));
+      EXPECT_EQ(early->lost_before, 0u);
+    }
+    const auto picture = take(now, 0);
+    ASSERT_TRUE(picture) << i;
+    EXPECT_EQ(picture->fault, "");
+    EXPECT_EQ(link.period(), 100 * kMillisecond);
+    EXPECT_LT(link.due(), now + kSecond);
+  }
+  EXPECT_TRUE(alerts.empty());
+  EXPECT_EQ(script.opened, 1);
+}
+
+TEST_F(CameraLinkTest, StartsACameraAgainWhosePicturesAreAllFromTheFuture) {
+  link.keep_open(0, alerts);
+  for (Time t = 1; t < 3 * kSecond; t += 100 * kMillisecond) {
+    give(t + 2 * kSecond);
+    EXPECT_TRUE(link.take(t, alerts));
+    link.keep_open(t, alerts);
+  }
+  EXPECT_TRUE(alerts.empty());
+  link.keep_open(3 * kSecond, alerts);
+  EXPECT_EQ(kinds(), (std::vector{AlertKind::camera_lost}));
+}
+
+TEST_F(CameraLinkTest, ForgetsAStampAheadWhenTheCameraIsOpenedAgain) {
+  link.keep_open(0, alerts);
+  give(100 + 900 * kMillisecond);
+  EXPECT_TRUE(link.take(100, alerts));
+  script.gone = "No such device";
+  EXPECT_FALSE(link.take(200, alerts));
+  script.gone.clear();
+  const Time now = link.due();
+  link.keep_open(now, alerts);
+  give(now - 1);  // one from before is old
+  give(now + 1);
+  const auto picture = link.take(now + 2, alerts);
+  ASSERT_TRUE(picture);
+  EXPECT_EQ(picture->time, now + 1);
+}
+
+TEST_F(CameraLinkTest, BearsAnyNumberOfLostPictures) {
+  link.keep_open(0, alerts);
+  give(1);
+  EXPECT_TRUE(link.take(1, alerts));
+  give(100 * kMillisecond, UINT32_MAX);
+  EXPECT_TRUE(link.take(100 * kMillisecond, alerts));
+}
+
 TEST_F(CameraLinkTest, TakesDamagedPicturesForNoSignOfHealth) {
   link.keep_open(0, alerts);
   for (Time t = 1; t < 3 * kSecond; t += 100 * kMillisecond) {
@@ -163,6 +227,11 @@ TEST_F(CameraLinkTest, IsNotHeldUpByADriverThatRepeatsItself) {
   give(100);
   EXPECT_TRUE(link.take(200, alerts));
   for (int i = 0; i < 1000; ++i) give(100);
+  EXPECT_FALSE(link.take(200, alerts));
+  EXPECT_GT(script.pictures.size(), 900u);
+  script.pictures.clear();
+  for (int i = 0; i < 1000; ++i) give(10 * kSecond);
+  EXPECT_TRUE(link.take(200, alerts));  // one from the future, once
   EXPECT_FALSE(link.take(200, alerts));
   EXPECT_GT(script.pictures.size(), 900u);
 }

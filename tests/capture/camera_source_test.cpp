@@ -3,14 +3,18 @@
 // Live sources: what needs no camera, and against the kernel's virtual ones (`./dev guest`).
 #include "nadir/capture/camera_source.hpp"
 
+#include <dlfcn.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include <filesystem>
 #include <fstream>
+#include <span>
 #include <thread>
 
+#include "fake_libcamera_plugin.hpp"
 #include "nadir/core/check.hpp"
+#include "nadir/pipeline/progress.hpp"
 #include "vivid.hpp"
 
 namespace nadir::capture {
@@ -93,6 +97,82 @@ TEST_F(CameraSourceTest, WaitsForACameraAndStopsAtOnce) {
   EXPECT_GT(Clock::now() - begin, 800ms);
   std::jthread ending([&] { stop.request_stop(); });
   EXPECT_FALSE(source.next(stop.get_token()));
+}
+
+/// A pair without a driver, of libcamera's fake plugin.
+class FakePairTest : public CameraSourceTest {
+ protected:
+  FakePairTest() : grey(360 * (640 + FakePlugin::kPadding), 105) {
+    const auto plugins =
+        std::filesystem::read_symlink("/proc/self/exe").parent_path() / "fake_plugins" / "abi2";
+    ::setenv("NADIR_PLUGINS", plugins.c_str(), 1);
+    void* const library = ::dlopen((plugins / "nadir-libcamera-fake.so").c_str(), RTLD_NOW);
+    // NOLINTNEXTLINE(cppcoreguidelines-pro-type-reinterpret-cast): as dlsym(3) has it
+    const auto entry = reinterpret_cast<decltype(&fake_plugin)>(::dlsym(library, "fake_plugin"));
+    fakes = {static_cast<FakePlugin*>(entry()), 2};
+    for (FakePlugin& fake : fakes) fake = {};
+    calibrate(kCamera + kRight);
+    config.camera = "libcamera:left";
+    config.camera_right = "libcamera:right";
+    config.rate_hz = 0;
+  }
+  ~FakePairTest() override { ::unsetenv("NADIR_PLUGINS"); }
+
+  /// The next pair; none within some seconds.
+  std::optional<Shot> next_shot(CameraSource& source) {
+    for (const auto end = Clock::now() + 5s; Clock::now() < end;) {
+      std::this_thread::sleep_for(10ms);  // no camera's are closer
+      for (FakePlugin& fake : fakes) {
+        fake.picture = {monotonic_now(), 0, nullptr, grey.data(), grey.size(), nullptr};
+        fake.next = NADIR_TAKEN_PICTURE;
+      }
+      auto captured = source.next(stop.get_token());
+      if (captured->shot) return captured->shot;
+    }
+    return std::nullopt;
+  }
+
+  const std::vector<std::uint8_t> grey;  ///< as bright as it should be
+  std::span<FakePlugin> fakes;
+};
+
+TEST_F(FakePairTest, IsExposedAlikeFromTheStartAndWhenOneIsBack) {
+  fakes[0].exposing = {1, 4, 0.1, 40, 1, 16, 8, 1.5};
+  fakes[1].exposing = {1, 4, 0.1, 40, 1, 16, 20, 4};
+  const auto expect_alike = [&] {
+    for (FakePlugin& fake : fakes) {
+      EXPECT_EQ(fake.ms, 8);
+      EXPECT_EQ(fake.gain, 1.5);
+      fake.ms = fake.gain = 0;
+    }
+  };
+  CameraSource source(config);
+  ASSERT_TRUE(next_shot(source));
+  expect_alike();
+  ASSERT_TRUE(next_shot(source));
+  EXPECT_EQ(fakes[1].ms, 0);  // it stays as it was set
+  for (FakePlugin& fake : fakes) {
+    fake.next = NADIR_TAKEN_GONE;
+    while (source.next(stop.get_token())->alerts.empty()) continue;
+    EXPECT_FALSE(fake.open);
+    ASSERT_TRUE(next_shot(source));
+    EXPECT_TRUE(fake.open);
+    expect_alike();
+  }
+}
+
+TEST_F(FakePairTest, TellsTheWatchOfEachCameraThatWasSlowToOpen) {
+  static pipeline::Progress progress;
+  static std::chrono::nanoseconds busy{};
+  pipeline::Progress::of_this_thread() = &progress;
+  fakes[0].opening = [] { std::this_thread::sleep_for(1s); };
+  fakes[1].opening = [] { busy = progress.busy(pipeline::Progress::Clock::now()).value(); };
+  progress.begin();
+  CameraSource source(config);
+  EXPECT_TRUE(source.next(stop.get_token()));
+  pipeline::Progress::of_this_thread() = nullptr;
+  EXPECT_GT(busy, 0ns);
+  EXPECT_LT(busy, 500ms);
 }
 
 /// With a camera there.

@@ -16,6 +16,7 @@ struct FakePlugin {
   NadirCameraTaken next = NADIR_TAKEN_NOTHING;
   NadirCameraPicture picture{};
   NadirExposing exposing{};
+  void (*opening)() = nullptr;  ///< called meanwhile
 
   // What was asked of it.
   NadirCameraWanted wanted{};
@@ -27,5 +28,5 @@ struct FakePlugin {
 
 }  // namespace nadir::capture
 
-/// For dlsym(3): a FakePlugin.
+/// For dlsym(3): the first of two FakePlugins.
 extern "C" void* fake_plugin();

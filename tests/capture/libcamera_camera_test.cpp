@@ -26,10 +26,6 @@ namespace fs = std::filesystem;
 const fs::path kPlugins = fs::read_symlink("/proc/self/exe").parent_path() / "plugins";
 constexpr const char* kDriver = "/sys/bus/platform/drivers/vimc";
 
-Time monotonic_now() {
-  return std::chrono::nanoseconds(std::chrono::steady_clock::now().time_since_epoch()).count();
-}
-
 std::ptrdiff_t open_files() {
   const fs::directory_iterator files("/proc/self/fd");
   return std::distance(begin(files), end(files));

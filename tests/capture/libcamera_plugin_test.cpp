@@ -15,6 +15,7 @@
 #include "libcamera_camera.hpp"
 #include "plugin/losses.hpp"
 #include "plugin/steering.hpp"
+#include "support/failing_folder.hpp"
 
 namespace nadir::capture {
 namespace {
@@ -76,6 +77,8 @@ TEST_F(LibcameraPluginTest, UsesTheNewestThatCanBeLoaded) {
   std::ofstream(empty / "nadir-libcamera-0.10.so") << "of a libcamera that is not here";
   std::ofstream(empty / "other.so") << "no plugin";
   EXPECT_EQ(open_libcamera("auto", mode, empty).fault, "");
+  const support::FailingFolder failing(empty);
+  EXPECT_NO_THROW(open_libcamera("auto", mode, empty));
 }
 
 TEST_F(LibcameraPluginTest, IsLookedForWhereTheEnvironmentSays) {
@@ -261,6 +264,17 @@ TEST(LibcameraLosses, AreCountedByTheTimeWhereTheNumberHidesThem) {
   EXPECT_EQ(losses.before(5, 523, 33), 0u);
   EXPECT_EQ(losses.before(7, 556, 33), 1u);
   EXPECT_EQ(losses.before(8, 500, 33), 0u);
+}
+
+TEST(LibcameraLosses, AreNotCountedByATimeThatIsWrong) {
+  constexpr std::int64_t kFrame = 100'000'000, kBegin = 1'000'000 * kFrame;
+  for (const std::int64_t wrong : {INT64_MAX / 2, kBegin + 36'000 * kFrame, std::int64_t{0}}) {
+    Losses losses;
+    EXPECT_EQ(losses.before(1, kBegin, kFrame), 0u);
+    EXPECT_EQ(losses.before(2, wrong, kFrame), 0u);
+    EXPECT_EQ(losses.before(3, kBegin + 2 * kFrame, kFrame), 0u);
+    EXPECT_EQ(losses.before(5, kBegin + 4 * kFrame, kFrame), 1u);
+  }
 }
 
 }  // namespace

@@ -77,8 +77,7 @@ TEST_F(V4l2CameraTest, StampsPicturesByTheMonotonicClock) {
   for (int i = 0; i < 10; ++i) {
     const Camera::Taken taken = next();
     ASSERT_TRUE(taken.picture) << taken.gone;
-    const Time now =
-        std::chrono::nanoseconds(std::chrono::steady_clock::now().time_since_epoch()).count();
+    const Time now = monotonic_now();
     EXPECT_LT(taken.picture->time, now + from_seconds(0.1));  // of its end, says the driver
     EXPECT_GT(taken.picture->time, now - from_seconds(1));
     if (before && taken.picture->lost_before == 0) {

@@ -5,6 +5,13 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <cerrno>
+#include <thread>
+
+#include "ioctl.hpp"
+#include "nadir/pipeline/progress.hpp"
+#include "support/failing_folder.hpp"
+
 namespace nadir::capture {
 namespace {
 
@@ -39,6 +46,25 @@ TEST(FindV4l2, NamesTheCamerasThereAreWhereItCannotChoose) {
   EXPECT_THAT(find_v4l2("C99", {kLeft}).fault, HasSubstr("there is no camera 'C99'"));
   EXPECT_THAT(find_v4l2("auto", {}).fault, HasSubstr("no camera is there"));
   EXPECT_EQ(find_v4l2("", {kDecoder}).node, "");  // as the serial number of many
+}
+
+TEST(V4l2Devices, AreLookedForAsFarAsDevCanBeRead) {
+  const support::FailingFolder failing("/dev");
+  EXPECT_NO_THROW(v4l2_devices());
+}
+
+TEST(V4l2Control, TellsTheWatchThatACallHasComeBack) {
+  using namespace std::chrono_literals;
+  using pipeline::Progress;
+  Progress progress;
+  Progress::of_this_thread() = &progress;
+  progress.begin();
+  std::this_thread::sleep_for(500ms);
+  int bytes = 0;
+  EXPECT_EQ(control(-1, FIONREAD, bytes), -1);
+  EXPECT_EQ(errno, EBADF);
+  Progress::of_this_thread() = nullptr;
+  EXPECT_LT(progress.busy(Progress::Clock::now()).value(), 400ms);
 }
 
 }  // namespace

@@ -83,6 +83,7 @@ TEST_P(Fault, AtAnySingleCallIsSurvivedWithoutALie) {
     int call = 0;
     disk.verdict = [&](FailingDisk::Call) { return ++call == n ? GetParam() : 0; };
     const Outcome outcome = record_dive(small, scratch / "dive", disk);
+    EXPECT_EQ(std::filesystem::exists(scratch / "dive"), outcome.began);
     if (!outcome.began) continue;
     const bool harmless = GetParam() == -EINTR || GetParam() == FailingDisk::kShort;
     EXPECT_TRUE(!harmless || (outcome.finished && outcome.alerts.empty()));
@@ -159,6 +160,31 @@ TEST(FullDisk, ForImagesOnlyStillRecordsTheRest) {
   ASSERT_TRUE(dive.finish({}).empty());
   EXPECT_FALSE(std::filesystem::exists(scratch / "dive/projected/000000.png"));
   EXPECT_TRUE(std::filesystem::exists(scratch / "dive/projected/000001.png"));
+}
+
+int syncs_of_alerts(std::size_t count) {
+  struct CountingDisk : QuickDisk {
+    int syncs = 0;
+    int sync(int) override { return ++syncs, 0; }
+  } disk;
+  const SmallDive small;
+  const ScratchFolder scratch;
+  Dive dive(scratch / "dive", small.info(), {}, disk);
+  const std::vector<Alert> alerts(
+      count, {0, std::nullopt, AlertKind::camera_lost, "gives no images", "none needed"});
+  const int before = disk.syncs;
+  dive.add(alerts);
+  const int syncs = disk.syncs - before;
+  EXPECT_TRUE(dive.finish({}).empty());
+  const std::string recorded = read_text(scratch / "dive/alerts.jsonl");
+  EXPECT_EQ(std::ranges::count(recorded, '\n'), static_cast<std::ptrdiff_t>(count));
+  return syncs;
+}
+
+TEST(SlowDisk, RecordsManyAlertsAtOnce) {
+  EXPECT_EQ(syncs_of_alerts(0), 0);
+  EXPECT_EQ(syncs_of_alerts(1), 1);
+  EXPECT_EQ(syncs_of_alerts(100), 1);
 }
 
 TEST(LostDisk, IsToldAtTheEnd) {

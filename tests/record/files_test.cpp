@@ -14,6 +14,7 @@
 #include "nadir/image_io/decode.hpp"
 #include "nadir/record/recover.hpp"
 #include "record/small_dive.hpp"
+#include "support/failing_folder.hpp"
 
 namespace nadir::record {
 namespace {
@@ -618,6 +619,15 @@ TEST(Dive, NeverWritesOverWhatIsThere) {
   EXPECT_THROW(Dive(scratch / "", small.info(), {}), InputError);
   EXPECT_THROW(Dive(scratch / "notes.txt/dive", small.info(), {}), InputError);
   EXPECT_EQ(read_all(scratch / "").size(), 1u);
+}
+
+TEST(Dive, TakesNoFolderThatCannotBeRead) {
+  const ScratchFolder scratch;
+  const SmallDive small;
+  std::filesystem::create_directories(scratch / "a");
+  std::filesystem::create_directories(scratch / "b");
+  const support::FailingFolder failing(scratch / "");
+  EXPECT_THROW(Dive(scratch / "", small.info(), {}), InputError);
 }
 
 TEST(Dive, TakesAnEmptyFolder) {

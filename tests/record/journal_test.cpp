@@ -53,6 +53,28 @@ TEST(Journal, GivesBackWhatWasAppended) {
   EXPECT_EQ(read.missing, 0u);
 }
 
+TEST(Journal, TakesSeveralRecordsWithOneSync) {
+  const ScratchFolder folder;
+  struct CountingDisk : QuickDisk {
+    int syncs = 0, failures = 0;
+    int sync(int) override { return ++syncs, failures-- > 0 ? -EIO : 0; }
+  } disk;
+  JournalWriter writer(disk, folder / "");
+  ASSERT_EQ(writer.append(RecordType::shot, as_bytes("one")), 0);
+  disk.syncs = 0;
+  const std::vector<ByteView> two{as_bytes("two"), as_bytes("three")};
+  EXPECT_EQ(writer.append(RecordType::alert, two), 0);
+  EXPECT_EQ(disk.syncs, 1);
+  disk.failures = 1;  // what the failed sync left is not told twice
+  EXPECT_EQ(writer.append(RecordType::alert, two), 0);
+  ASSERT_EQ(writer.append(RecordType::shot, as_bytes("four")), 0);
+  writer.close();
+  const Read read = read_journal(folder / "");
+  EXPECT_EQ(read.texts, (std::vector<std::string>{"one", "two", "three", "two", "three", "four"}));
+  EXPECT_EQ(read.sequences, (std::vector<std::uint64_t>{0, 1, 2, 3, 4, 5}));
+  EXPECT_EQ(read.missing, 0u);
+}
+
 TEST(Journal, CutAnywhereHoldsTheRecordsBeforeTheCut) {
   const ScratchFolder folder;
   QuickDisk disk;

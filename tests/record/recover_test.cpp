@@ -17,6 +17,7 @@
 #include "nadir/mosaic2d/mosaic.hpp"
 #include "record/fake_disk.hpp"
 #include "record/small_dive.hpp"
+#include "support/failing_folder.hpp"
 
 namespace nadir::record {
 namespace {
@@ -104,6 +105,12 @@ TEST_F(Recovering, AnUnfinishedDiveTwiceIsTheSameAsOnce) {
   EXPECT_TRUE(again.made.empty());
   EXPECT_TRUE(again.cut_off);
   EXPECT_EQ(read_all(folder_), once);
+}
+
+TEST_F(Recovering, IsNotEndedByAFolderThatCannotBeRead) {
+  record(false);
+  const support::FailingFolder failing(folder_ / "projected");
+  EXPECT_TRUE(recover(folder_).whole());
 }
 
 TEST_F(Recovering, MakesTheMosaicsWhereTheirFolderWasLost) {

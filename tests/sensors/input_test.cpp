@@ -60,6 +60,7 @@ TEST(Input, MalformedIsRefusedWithItsFaultAndTheForm) {
       const std::string message = error.what();
       EXPECT_NE(message.find(fault), std::string::npos) << message;
       EXPECT_NE(message.find("such as nmea:serial:/dev/ttyUSB0:4800"), std::string::npos);
+      EXPECT_NE(message.find("or iio:device:NAME:HZ"), std::string::npos);
     }
   }
 }

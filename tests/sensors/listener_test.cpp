@@ -128,13 +128,13 @@ TEST(Listener, HearsDatagramsAndStampsThemAsTheyArrive) {
   const Descriptor sender(::socket(AF_INET, SOCK_DGRAM, 0));
   const sockaddr_in to = local(port);
   ASSERT_EQ(connect(*sender, reinterpret_cast<const sockaddr*>(&to), sizeof to), 0);
-  const Time before = std::chrono::steady_clock::now().time_since_epoch().count();
+  const Time before = monotonic_now();
   sender.send(kHeading + kUnused + "$GPHDT,91.0,T*00\r\n");
   sender.send("$GPHDT,9");                               // a sentence is never in two datagrams
   sender.send(kHeading.substr(0, kHeading.size() - 2));  // one without its end is whole
   sender.send(kHeading);
   ASSERT_TRUE(listening.hears(3));
-  const Time after = std::chrono::steady_clock::now().time_since_epoch().count();
+  const Time after = monotonic_now();
   for (const Heard& heard : listening.heard) {
     EXPECT_NEAR(heard.reading.heading.value(), M_PI / 2, 1e-9);
     EXPECT_GE(heard.time, before);

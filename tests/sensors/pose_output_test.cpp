@@ -197,10 +197,23 @@ TEST(PoseOutput, SendsTheGroundAndWhatIsCovered) {
   EXPECT_EQ(told["type"], "ground");
   EXPECT_EQ(told["normal"], json({0.0, 0.0, 1.0}));
   EXPECT_EQ(told["footprint"].size(), 4u);
-  output.send(Outline{{{0, 0}, {2, 0}, {2, 1}}});
+  EXPECT_TRUE(output.send(Outline{{{0, 0}, {2, 0}, {2, 1}}}));
   told = json::parse(receiver.next());
   EXPECT_EQ(told["type"], "coverage");
   EXPECT_EQ(told["outline"], json({{{0.0, 0.0}, {2.0, 0.0}, {2.0, 1.0}}}));
+}
+
+TEST(PoseOutput, SaysWhenAnOutlineIsTooLongForADatagram) {
+  const Receiver receiver;
+  PoseOutput output(parse_outputs("json:udp:127.0.0.1:" + receiver.port()), 1);
+  Outline outline{{}};
+  for (int i = 0; i < 3000; ++i) outline[0].emplace_back(i / 3.0, i / 7.0);
+  EXPECT_FALSE(output.send(outline));
+  EXPECT_EQ(receiver.next(), "");
+  while (!output.send(outline)) outline[0].pop_back();
+  const std::string told = receiver.next();
+  EXPECT_GT(told.size(), 59'900u);
+  EXPECT_EQ(json::parse(told)["outline"][0].size(), outline[0].size());
 }
 
 TEST(PoseOutput, NeverWaitsForANetworkThatIsNotThere) {

@@ -4,6 +4,7 @@
 // UNIX epoch, or of live cameras and sensors that of CLOCK_MONOTONIC.
 #pragma once
 
+#include <chrono>
 #include <cmath>
 #include <cstdint>
 
@@ -13,5 +14,9 @@ using Time = std::int64_t;
 
 constexpr double seconds(Time time) { return static_cast<double>(time) / 1e9; }
 inline Time from_seconds(double s) { return static_cast<Time>(std::llround(s * 1e9)); }
+/// Now, of live cameras and sensors: steady_clock is CLOCK_MONOTONIC.
+inline Time monotonic_now() {
+  return std::chrono::nanoseconds(std::chrono::steady_clock::now().time_since_epoch()).count();
+}
 
 }  // namespace nadir

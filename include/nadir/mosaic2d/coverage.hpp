@@ -11,11 +11,14 @@
 namespace nadir::mosaic2d {
 
 /// A raster of the ground, coarser as it grows: the first footprint is some 32 cells wide, and the
-/// memory stays below 16 MB.
+/// memory stays below 16 MB, whatever is asked of it.
 class Coverage {
  public:
   /// Corners of a convex footprint in turn, survey x and y.
   void add(std::span<const Eigen::Vector2d> footprint);
+
+  /// Makes cells twice as wide, seen where any part of them was: for a shorter outline.
+  void coarsen();
 
   /// Polygons in turn, those around holes too, within one cell; survey x and y.
   std::vector<std::vector<Eigen::Vector2d>> outline() const;
@@ -24,7 +27,6 @@ class Coverage {
 
  private:
   void make_room(const Eigen::Vector2d& low, const Eigen::Vector2d& high);
-  void coarsen();
   Eigen::Vector2d in_cells(const Eigen::Vector2d& ground) const;
 
   double cell_ = 0;

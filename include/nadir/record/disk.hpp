@@ -28,6 +28,7 @@ class Disk {
   virtual int sync_all(int directory);
   virtual int close(int file);
   virtual int rename(const path& from, const path& to);
+  /// A file, or a folder that is empty.
   virtual int remove(const path& name);
   virtual int make_directory(const path& name);
 };

@@ -9,6 +9,7 @@
 #include <memory>
 #include <nlohmann/json.hpp>
 #include <optional>
+#include <span>
 #include <string>
 #include <utility>
 #include <vector>
@@ -62,7 +63,8 @@ struct Entry {
 /// pauses; it goes on by itself, and images not recorded are counted as dropped by "storage".
 class Dive {
  public:
-  /// Makes the folder where needed. Throws InputError when it is not empty or cannot be written.
+  /// Makes the folder where needed. Throws InputError when it is not empty or cannot be written;
+  /// what was made is then taken away again as far as the disk lets it.
   Dive(const std::filesystem::path& folder, const DiveInfo& info, const Config& config);
   Dive(const std::filesystem::path& folder, const DiveInfo& info, const Config& config, Disk& disk);
   ~Dive();
@@ -72,7 +74,9 @@ class Dive {
   /// Records one shot; shots come in order. One sync, and one more when there is a projected image.
   [[nodiscard]] std::vector<Alert> add(const Entry& entry);
   /// Records an alert that belongs to no entry, at the latest with the next one that is recorded.
-  void add(const Alert& alert);
+  void add(const Alert& alert) { add(std::span(&alert, 1)); }
+  /// The same of several, with one sync.
+  void add(std::span<const Alert> alerts);
 
   /// Entries given, and entries that are durable.
   std::uint64_t seen() const;

@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: nadir contributors
 // SPDX-License-Identifier: Apache-2.0
-// Hears what sensors send over serial lines, UDP and TCP.
+// Hears what sensors send over serial lines, UDP and TCP, and reads those on the board (IIO).
 #pragma once
 
 #include <cstdint>

@@ -66,7 +66,9 @@ class PoseOutput {
 
   void send(const Pose& pose);
   void send(const Ground& ground);
-  void send(const Outline& coverage);
+  /// False when its text is longer than a datagram, 60 kB: nothing is sent, and a coarser outline
+  /// may be.
+  [[nodiscard]] bool send(const Outline& coverage);
 
  private:
   struct State;

@@ -23,8 +23,11 @@ class Losses {
     std::int64_t lost = step == 0 || step >= kBackwards ? 0 : step - 1;
     // A camera that changes its rate goes from one picture's to the other's.
     const std::int64_t longer_ns = std::max(frame_ns, last->frame_ns);
-    if (longer_ns > 0)
-      lost = std::max(lost, (time_ns - last->time_ns + longer_ns / 2) / longer_ns - 1);
+    // Nobody leaves a camera alone for so long: one of the two times is wrong.
+    constexpr std::int64_t kLongest_ns = 60'000'000'000;
+    const std::int64_t gap_ns = time_ns - last->time_ns;
+    if (longer_ns > 0 && gap_ns < kLongest_ns)
+      lost = std::max(lost, (gap_ns + longer_ns / 2) / longer_ns - 1);
     return static_cast<std::uint32_t>(std::min<std::int64_t>(lost, UINT32_MAX));
   }
 

@@ -22,8 +22,10 @@ int lost_devices() {
   constexpr std::string_view kDevice = "/dev/media", kGone = " (deleted)";
   int lost = 0;
   std::error_code none;
-  for (const auto& entry : std::filesystem::directory_iterator("/proc/self/fd", none)) {
-    const std::string file = std::filesystem::read_symlink(entry.path(), none).string();
+  // By hand: a range-based loop may throw.
+  for (std::filesystem::directory_iterator at("/proc/self/fd", none), end; at != end;
+       at.increment(none)) {
+    const std::string file = std::filesystem::read_symlink(at->path(), none).string();
     if (file.starts_with(kDevice) && file.ends_with(kGone)) ++lost;
   }
   return lost;
