@@ -81,14 +81,14 @@ void Guide::observe(const Cloud& cloud) {
   constexpr std::size_t kMostWidths = 4096;
   if (widths_.size() == kMostWidths) widths_.erase(widths_.begin(), widths_.begin() + 1024);
   widths_.push_back(footprint->width);
-  moved_ = true;
+  ground_changed_ = true;
 }
 
 void Guide::observe(const Revision& revision) {
   for (const auto& [submap, scale] : revision.scales) scales_[submap] = scale;
   if (revision.corrections.empty()) return;
   coverage_.correct(revision.corrections);
-  moved_ = true;
+  ground_changed_ = true;
 }
 
 void Guide::take_plan() {
@@ -109,7 +109,7 @@ void Guide::take_plan() {
   plan_ = plan;
   lanes_ = plan_ ? coverage::lanes_of(*plan_) : std::vector<coverage::Lane>();
   keeper_ = {};
-  lane_changed_ = true;
+  lane_changed_ = ground_changed_ = true;
   coverage_.aim(plan_ ? std::optional(plan_->ground()) : std::nullopt);
 }
 
@@ -200,12 +200,20 @@ Guide::Told Guide::tell(Clock::time_point now) {
     measures_told_.told = now;
     told.measures = measures(now);
   }
-  const bool due =
-      (moved_ || !untold_tiles_.empty()) && guidance_told_.is_over(now, kGuidancePeriod);
-  if (due || lane_changed_) {
-    guidance_told_.told = now;
+  if (ground_changed_ && !untold_since_) untold_since_ = now;
+  // An image's ground comes after its pose: what was left over and goes with the pose must not make
+  // the ground wait.
+  const bool fresh = ground_changed_ && ground_told_.is_over(now, kGuidancePeriod);
+  const bool seen = fresh || (untold_since_ && now - *untold_since_ >= kGuidancePeriod);
+  ground_changed_ = false;
+  if (fresh) ground_told_.told = now;
+  if (seen) {
     for (const coverage::Place& place : coverage_.update()) untold_tiles_.insert(place);
     told.tiles = tiles(kMostTiles);
+    untold_since_ = untold_tiles_.empty() ? std::nullopt : std::optional(now);
+  }
+  if (seen || lane_changed_ || (moved_ && guidance_told_.is_over(now, kGuidancePeriod))) {
+    guidance_told_.told = now;
     told.guidance = guidance();
     moved_ = lane_changed_ = false;
   }

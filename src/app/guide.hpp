@@ -88,8 +88,9 @@ class Guide {
   double free_bytes_ = 0;
 
   std::set<coverage::Place> untold_tiles_;
-  bool moved_ = false, lane_changed_ = false, lost_told_ = false;
-  Period guidance_told_, measures_told_, way_told_, disk_seen_;
+  std::optional<Clock::time_point> untold_since_;  ///< something of the ground
+  bool moved_ = false, ground_changed_ = false, lane_changed_ = false, lost_told_ = false;
+  Period ground_told_, guidance_told_, measures_told_, way_told_, disk_seen_;
 };
 
 }  // namespace nadir::app

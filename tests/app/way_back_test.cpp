@@ -148,7 +148,7 @@ TEST(WayBack, OfASimulatedDiveAgreesWithTheTruth) {
     observe(way_back, orientation);
     EXPECT_EQ(way_back.is_lost(), i >= kCovered);
     if (i < kCovered) continue;
-    const wire::WayBack way = way_back.way({}, kNear);
+    const wire::WayBack way = way_back.way({}, 1.8);  // of the width of an image
     ASSERT_TRUE(way.known);
     const Rigid3 here = survey.survey_from_camera(i);
     const Vector2d to_view =

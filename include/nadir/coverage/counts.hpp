@@ -4,10 +4,10 @@
 #pragma once
 
 #include <array>
-#include <compare>
 #include <cstdint>
 #include <map>
 #include <set>
+#include <tuple>
 #include <vector>
 
 #include "nadir/core/revision.hpp"
@@ -20,7 +20,10 @@ namespace nadir::coverage {
 /// raster whose cell (i, j) is the square with its upper left corner at x = side i, y = -side j.
 struct Place {
   std::int32_t column = 0, row = 0;
-  auto operator<=>(const Place&) const = default;
+  bool operator==(const Place&) const = default;
+  bool operator<(const Place& other) const {
+    return std::tie(column, row) < std::tie(other.column, other.row);
+  }
 };
 
 /// Sparse: 4 kB a tile that has been seen, at most 32 MB, and some 500 bytes an image, at most
@@ -30,7 +33,7 @@ class Counts {
   static constexpr int kTileSide = 64;        ///< cells
   static constexpr std::uint8_t kMost = 127;  ///< images told of a cell
   static constexpr std::size_t kMostTiles = 8192, kMostFootprints = 1 << 17;
-  using Cells = std::array<std::uint8_t, kTileSide * kTileSide>;  ///< row by row
+  using Cells = std::array<std::uint8_t, std::size_t{kTileSide} * kTileSide>;  ///< row by row
 
   /// cell: side of a cell; 0: by the first footprint, about a 32nd of its shorter side.
   explicit Counts(double cell = 0) : cell_(cell) {}

@@ -26,7 +26,7 @@ struct Gap {
 /// x and y of the survey frame throughout. Used by one thread.
 class Coverage {
  public:
-  using Pixels = std::array<std::uint8_t, Counts::kTileSide * Counts::kTileSide>;
+  using Pixels = Counts::Cells;
 
   /// cell: as of Counts.
   explicit Coverage(double cell = 0);
