@@ -11,7 +11,9 @@ export type Level = "good" | "note" | "warning" | "bad" | "plain";
 /** A name, a value and what to do about it. */
 class Gauge {
   readonly root: HTMLElement;
-  private readonly value = el("strong", "value");
+  private readonly number = el("span", "");
+  private readonly unit = el("small", "");
+  private readonly value = el("strong", "value", this.number, this.unit);
   private readonly advice = el("span", "advice");
   private readonly badge = el("span", "badge");
   private shown = "";
@@ -23,7 +25,9 @@ class Gauge {
   }
 
   show(value: string, advice: string, level: Level, picture: Icon | null = null): void {
-    say(this.value, value);
+    const [, number, unit] = /^([\d.]+) (\S+)$/.exec(value) ?? [];
+    say(this.number, number ?? value);
+    say(this.unit, unit === undefined ? "" : ` ${unit}`);
     say(this.advice, advice);
     this.root.dataset["level"] = level;
     const name = picture ?? "";

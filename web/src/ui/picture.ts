@@ -67,7 +67,7 @@ export class Picture {
     this.views = new Decoder((bitmap) => { draw(this.ghost, bitmap); }, broken);
     const frame = el("button", "frame", el("figure", "", this.smallCanvas, this.caption));
     frame.type = "button";
-    frame.setAttribute("aria-label", S.live.open);
+    frame.title = S.live.open;
     frame.addEventListener("click", () => {
       this.onOpen();
     });

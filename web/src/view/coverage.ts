@@ -10,9 +10,9 @@ import type { Origin } from "./origin";
  *  their lightness alone in blue light. A gap is striped besides. */
 export const COVERAGE_COLOURS = [
   [255, 106, 61, 235],
-  [255, 225, 77, 120],
-  [86, 200, 240, 120],
-  [46, 92, 190, 120],
+  [255, 225, 77, 130],
+  [86, 200, 240, 80],
+  [46, 92, 190, 50],
 ] as const;
 const WANTED = 128;
 const STRIPE_CELLS = 4;
