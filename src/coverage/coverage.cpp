@@ -33,6 +33,11 @@ constexpr int floor_div(int value, int by) {
   return value >= 0 ? value / by : -((by - 1 - value) / by);
 }
 
+// Of a cell in its tile.
+std::size_t index_of(const cv::Point& in_tile) {
+  return static_cast<std::size_t>(in_tile.y) * kSide + static_cast<std::size_t>(in_tile.x);
+}
+
 // Tiles, not cells.
 cv::Rect tiles_around(const cv::Rect& cells) {
   const cv::Point first(floor_div(cells.x, kSide), floor_div(cells.y, kSide));
@@ -53,7 +58,8 @@ int margin_of(double radius_in_cells, int side) {
 int block_side(const cv::Rect& tiles, double radius_in_cells) {
   int side = 1;
   for (; side < kSide; side *= 2) {
-    const std::int64_t margin = 2 * margin_of(radius_in_cells, side), across = kSide / side;
+    const std::int64_t margin = 2 * std::int64_t{margin_of(radius_in_cells, side)};
+    const std::int64_t across = kSide / side;
     if ((across * tiles.width + margin) * (across * tiles.height + margin) <= kMostBlocks) break;
   }
   return side;
@@ -284,7 +290,7 @@ Coverage::Pixels Coverage::pixels(const Place& place) const {
   const cv::Rect all({}, blocks_->frame.size());
   for (int row = 0; row < kSide; ++row) {
     for (int column = 0; column < kSide; ++column) {
-      std::uint8_t& pixel = pixels[static_cast<std::size_t>(kSide * row + column)];
+      std::uint8_t& pixel = pixels[index_of({column, row})];
       const cv::Point block = blocks_->of_cell(box.tl() + cv::Point(column, row));
       const bool wanted = pixel != 0 || (all.contains(block) && blocks_->swept.all()(block) != 0);
       if (wanted) pixel |= kWanted;
@@ -339,7 +345,7 @@ void Coverage::find_gaps() {
     double least = 0;
     for (int y = 0; y < blocks.side; ++y) {
       for (int x = 0; x < blocks.side; ++x) {
-        const auto at = static_cast<std::size_t>(kSide * (in_tile.y + y) + in_tile.x + x);
+        const std::size_t at = index_of(in_tile + cv::Point(x, y));
         const double distance = std::hypot(x - middle, y - middle);
         if (pixels[at] != kWanted || (nearest && distance >= least)) continue;
         nearest = corner + cv::Point(x, y);

@@ -57,11 +57,11 @@ std::vector<Region> regions_of(const cv::Mat1b& gap, const cv::Mat1w& missing) {
 }  // namespace
 
 std::vector<GapInBlocks> gaps_in(const cv::Mat1w& missing, int cells_a_side) {
-  const int of_block = cells_a_side * cells_a_side;
+  const int half_a_block = (cells_a_side * cells_a_side + 1) / 2;
   // A rim of nothing, so that what ends with the raster ends there.
   cv::Mat1w framed;
   cv::copyMakeBorder(missing, framed, 1, 1, 1, 1, cv::BORDER_CONSTANT, cv::Scalar(0));
-  const cv::Mat1b gap(framed >= (of_block + 1) / 2);
+  const cv::Mat1b gap(framed >= half_a_block);
   const cv::Rect box = cv::boundingRect(gap);
   if (box.empty()) return {};
   const cv::Rect around(box.x - 1, box.y - 1, box.width + 2, box.height + 2);
