@@ -200,7 +200,8 @@ TEST_F(WebServerTest, TellsAPageOfAnotherVersionToReload) {
   const auto message = old.next();
   ASSERT_TRUE(message);
   EXPECT_EQ(message->close_code(), 4000u);
-  EXPECT_EQ(message->close_reason(), "this page speaks protocol 9, the device 1: reload the page");
+  EXPECT_EQ(message->close_reason(), "this page speaks protocol 9, the device " +
+                                         std::to_string(wire::kVersion) + ": reload the page");
 }
 
 TEST_F(WebServerTest, ClosesOnAnythingButOneHello) {
