@@ -18,6 +18,13 @@ TEST(WebAssets, HoldThePageItself) {
   EXPECT_THAT(paths, testing::Contains("/index.html"));
 }
 
+// A tablet on a thin line waits for all of it.
+TEST(WebAssets, TakeAtMost400kB) {
+  std::ptrdiff_t size = 0;
+  for (const WebAsset& asset : web_assets()) size += asset.end - asset.begin;
+  EXPECT_LE(size, 400'000);
+}
+
 TEST(WebAssets, AreGzipStreamsOfAKnownType) {
   for (const WebAsset& asset : web_assets()) {
     ASSERT_GT(asset.end - asset.begin, 18) << asset.path;  // RFC 1952: header and trailer

@@ -151,6 +151,7 @@ function receive(record: DiveRecord): void {
     case "recording":
       gauges.setRecording(record);
       menu.setRecording(record);
+      marks.canBeMade = true;
       break;
     case "guidance":
       guide.setGuidance(record);

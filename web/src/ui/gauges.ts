@@ -114,7 +114,7 @@ export class Gauges {
     }
     const { dive, state } = this;
     if (dive === null) {
-      this.recording.show("–", "", "plain");
+      this.recording.show(state === null ? "–" : count(state.captured), state === null ? "" : S.images, "plain", "picture");
       return;
     }
     const levels = { waiting: "note", recording: "good", paused: "bad", ended: "plain" } as const;

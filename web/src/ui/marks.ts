@@ -10,6 +10,8 @@ import { clock, S } from "./strings";
 
 /** Points somebody wants to find again, on the map and in the dive. */
 export class Marks {
+  /** There is a dive to keep them. */
+  canBeMade = false;
   private all = new Map<number, Mark>();
   private shown = true;
 
@@ -30,6 +32,7 @@ export class Marks {
   }
 
   clear(): void {
+    this.canBeMade = false;
     this.all = new Map();
     this.place();
   }

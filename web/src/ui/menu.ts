@@ -27,23 +27,31 @@ interface Parts {
 
 /** All that is not needed at a glance. */
 export class Menu {
+  /** There is a dive to be controlled, and others to be looked at. */
+  private hasDives = false;
+
   constructor(private readonly parts: Parts) {}
 
   setRecording(recording: Recording): void {
+    this.hasDives = true;
     this.parts.control.setRecording(recording);
   }
 
   clear(): void {
+    this.hasDives = false;
     this.parts.control.clear();
   }
 
   sheet(): HTMLElement {
     const { rail, control, dives, system, api } = this.parts;
-    const items: HTMLElement[] = [
+    const ofDives = [
       button("dive", S.menu.dive, () => { rail.push(S.menu.dive, () => control.page()); }, "wide"),
       button("dives", S.menu.dives, () => void dives.open(), "wide"),
-      button("system", S.menu.system, () => { rail.push(S.menu.system, () => system.sheet()); }, "wide"),
       button("code", S.control.showCode, () => void codePage(api).then((page) => { rail.push(S.control.showCode, () => page); }), "wide"),
+    ];
+    const items: HTMLElement[] = [
+      ...(this.hasDives ? ofDives : []),
+      button("system", S.menu.system, () => { rail.push(S.menu.system, () => system.sheet()); }, "wide"),
       button("sun", S.menu.look, () => { this.openLook(); }, "wide"),
     ];
     if (new URLSearchParams(location.search).has("dive")) {
@@ -90,7 +98,8 @@ export function handSheet(hands: Hands | null, marks: Marks, view: View | null, 
     close();
     void view.screenshot().then(saveScreenshot);
   }, "wide");
-  return el("div", "form", hand("ruler", "ruler"), here, hand("mark", "pin"), hand("probe", "question"), shot);
+  const marking = marks.canBeMade ? [here, hand("mark", "pin")] : [];
+  return el("div", "form", hand("ruler", "ruler"), ...marking, hand("probe", "question"), shot);
 }
 
 function saveScreenshot(png: Blob | null): void {

@@ -28,6 +28,7 @@ export const S = {
     paused: "Not recording",
     ended: "Dive ended",
   } satisfies Record<Phase, string>,
+  images: "images",
   saved: (images: string) => `${images} saved`,
   missing: (images: string) => `${images} missing`,
   timeLeft: (time: string) => `${time} left`,
