@@ -17,6 +17,7 @@ pkg_check_modules(geographiclib REQUIRED IMPORTED_TARGET geographiclib>=2.1)  # 
 pkg_check_modules(turbojpeg REQUIRED IMPORTED_TARGET libturbojpeg)      # image_io
 pkg_check_modules(deflate REQUIRED IMPORTED_TARGET libdeflate)          # image_io, record
 pkg_check_modules(systemd REQUIRED IMPORTED_TARGET libsystemd)          # app
+pkg_check_modules(qrencode REQUIRED IMPORTED_TARGET libqrencode)        # app (nadir token)
 pkg_check_modules(isal REQUIRED IMPORTED_TARGET libisal)                # image_io
 pkg_check_modules(libcamera IMPORTED_TARGET libcamera)                  # capture's plugin, which is left out without it
 

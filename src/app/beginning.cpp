@@ -113,6 +113,7 @@ std::unique_ptr<record::Dive> Beginning::begin_dive(const Config& mapping,
     const std::filesystem::path folder = new_dive(config_.record.dives);
     try {
       auto dive = std::make_unique<record::Dive>(folder, info_of(mapping), mapping.record, disk);
+      folder_ = folder;
       std::fprintf(stderr, "the dive: %s\n", folder.c_str());
       dive->add(alerts_);
       return dive;

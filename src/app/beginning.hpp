@@ -41,6 +41,8 @@ class Beginning {
   /// mapping: what the map will be made with. Null when told to stop.
   std::unique_ptr<record::Dive> begin_dive(const Config& mapping, capture::CameraSource& cameras,
                                            record::Disk& disk);
+  /// Of the dive that was begun.
+  const std::filesystem::path& folder() const { return folder_; }
 
  private:
   void tell(const Alert& alert);
@@ -55,6 +57,7 @@ class Beginning {
   const std::stop_token stop_;
   std::vector<Alert> alerts_;  ///< told already, to be recorded with the dive
   std::string fault_;          ///< told last
+  std::filesystem::path folder_;
 };
 
 }  // namespace nadir::app

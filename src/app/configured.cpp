@@ -28,4 +28,11 @@ Config configured(const Settings& settings, const std::optional<Address>& addres
   return config;
 }
 
+Settings settings_of_service(Settings settings) {
+  const std::filesystem::path of_service = "/etc/nadir/nadir.toml";
+  std::error_code none;
+  if (!settings.file && std::filesystem::exists(of_service, none)) settings.file = of_service;
+  return settings;
+}
+
 }  // namespace nadir::app

@@ -11,4 +11,7 @@ namespace nadir::app {
 /// Throws InputError naming the file when that is wrong, UsageError when the command line is.
 Config configured(const Settings& settings, const std::optional<Address>& address = {});
 
+/// The service's own file, unless another is named.
+Settings settings_of_service(Settings settings);
+
 }  // namespace nadir::app

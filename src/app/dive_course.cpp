@@ -80,6 +80,7 @@ int finish_dive(const EndOfDive& end) {
   }
   const std::vector<Alert> unwritten = end.dive.finish(rates(end.graph, end.begun), dropped.images);
   for (const Alert& alert : unwritten) tell(alert);
+  if (end.live) end.live->end();
   end.progress.finish();
   if (fault) std::rethrow_exception(fault);
   if (end.page) end.page->finish(dropped.images);

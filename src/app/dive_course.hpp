@@ -23,6 +23,7 @@ struct EndOfDive {
   Publisher* page;  ///< may be null
   Progress& progress;
   std::chrono::steady_clock::time_point begun;
+  LiveDive* live = nullptr;  ///< may be null
 };
 
 /// Waits until everything captured is mapped and the dive's files are made. The exit status: 0 when

@@ -25,20 +25,11 @@ const char* in_words(Verdict verdict) {
   return "?";
 }
 
-// The service's own, unless others are named.
-Settings settings_of(const Doctor& verb) {
-  const std::filesystem::path of_service = "/etc/nadir/nadir.toml";
-  Settings settings = verb.settings;
-  std::error_code none;
-  if (!settings.file && std::filesystem::exists(of_service, none)) settings.file = of_service;
-  return settings;
-}
-
 }  // namespace
 
 int run(const Doctor& verb) {
   using namespace std::chrono_literals;
-  const Settings settings = settings_of(verb);
+  const Settings settings = settings_of_service(verb.settings);
   const Config config = configured(settings);
   std::printf("settings: %s\n", settings.file ? settings.file->c_str() : "none, as nadir has them");
   cv::setNumThreads(1);

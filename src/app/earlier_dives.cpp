@@ -45,7 +45,10 @@ std::optional<std::uint32_t> number_of(const fs::path& dive) {
 std::vector<fs::path> folders_in(const fs::path& dives) {
   std::vector<fs::path> folders = entries_of(dives);
   std::error_code error;
-  std::erase_if(folders, [&](const fs::path& entry) { return !fs::is_directory(entry, error); });
+  std::erase_if(folders, [&](const fs::path& entry) {
+    const bool is_hidden = entry.filename().string().starts_with('.');  // being removed
+    return is_hidden || !fs::is_directory(entry, error);
+  });
   return folders;
 }
 

@@ -25,6 +25,7 @@ constexpr std::size_t kLiveDepth = 2;
 // An AHRS at 100 Hz, while odometry takes ten seconds for an image.
 constexpr std::size_t kReadingDepth = 1024;
 constexpr std::size_t kAlertDepth = 64;
+constexpr std::size_t kMarkDepth = 64;
 
 // At --rate max every edge waits and nothing is lost. Otherwise the working edges drop as they do
 // live. Those to the recorder and the page wait: the recorder must have every pose, and neither
@@ -112,10 +113,16 @@ Graph::Graph(const Config& config, Rate rate, const Ends& ends, std::optional<Gi
       recorded_revisions_(kRecordDepth, WhenFull::wait, record_bell_),
       page_revisions_(kDepth, WhenFull::wait, page_bell_),
       page_alerts_(kDepth, WhenFull::wait, page_bell_),
+      marks_(kMarkDepth, WhenFull::drop, record_bell_),
+      page_marks_(kDepth, WhenFull::wait, page_bell_),
       page_checks_(kDepth, WhenFull::drop, page_bell_),
       output_orientations_(kDepth, WhenFull::drop, output_bell_),
       output_clouds_(kDepth, WhenFull::drop, output_bell_) {
   if (rate.kind == Rate::Kind::live && !config.sensors.outputs.empty()) outputs_.emplace(config);
+  if (ends_.live) {
+    ends_.live->record_marks(
+        [this](const Mark& mark) { return marks_.push(std::make_shared<const Mark>(mark)); });
+  }
   start_stages();
 }
 
@@ -141,6 +148,7 @@ void Graph::start_stages() {
         "page",
         std::vector{
             feed(page_alerts_, [&](const Shared<Alert>& alert) { page.publish(*alert); }),
+            feed(page_marks_, [&](const Shared<Mark>& mark) { page.publish(*mark); }),
             feed(page_checks_, [&](const Shared<wire::Check>& check) { page.publish(*check); }),
             feed(page_orientations_,
                  [&](const Shared<Orientation>& orientation) {
@@ -171,10 +179,16 @@ void Graph::start_stages() {
   record_ = std::make_unique<Stage>(
       "record",
       std::vector{feed(capture_alerts_, announce), feed(sensor_alerts_, announce),
-                  feed(load_alerts_, announce), feed(recorded_orientations_, assemble),
-                  feed(recorded_surfaces_, assemble), feed(recorded_clouds_, assemble),
-                  feed(recorded_mosaics_, assemble), feed(recorded_revisions_, assemble)},
-      [this] { page_alerts_.close(); }, [this] { assembler_.finish(); });
+                  feed(load_alerts_, announce),
+                  feed(marks_, [this](const Shared<Mark>& mark) { keep(*mark); }),
+                  feed(recorded_orientations_, assemble), feed(recorded_surfaces_, assemble),
+                  feed(recorded_clouds_, assemble), feed(recorded_mosaics_, assemble),
+                  feed(recorded_revisions_, assemble)},
+      [this] {
+        page_alerts_.close();
+        page_marks_.close();
+      },
+      [this] { assembler_.finish(); });
   revisiting_ = std::make_unique<Stage>(
       "revisit",
       std::vector{feed(settlements_, [this](const Shared<Settlement>& s) { look_back(s); })},
@@ -224,6 +238,8 @@ void Graph::start_stages() {
       [this] {
         shots_.close();
         capture_alerts_.close();
+        if (ends_.live) ends_.live->record_marks({});  // from here on nobody pushes any
+        marks_.close();
         stop_.request_stop();  // also of a fault of its own
       });
   const auto close_sensors = [this] {

@@ -27,6 +27,7 @@
 #include "drop_rate.hpp"
 #include "image_speed.hpp"
 #include "ladder.hpp"
+#include "live_dive.hpp"
 #include "nadir/odometry/posed_images.hpp"
 #include "nadir/pipeline/channel.hpp"
 #include "nadir/pipeline/stage.hpp"
@@ -62,6 +63,7 @@ class Graph {
     record::Dive& dive;
     Publisher* page;
     Progress& progress;
+    LiveDive* live = nullptr;  ///< may be null
   };
 
   /// poses: in place of odometry.
@@ -124,6 +126,7 @@ class Graph {
   void stitch(Shared<Surface> surface);
   void look_back(const Shared<Settlement>& settlement);
   void write(const record::Entry& entry);
+  void keep(const Mark& mark);
   void tell(const Alert& alert);
   void publish_statistics();
 
@@ -177,6 +180,7 @@ class Graph {
   Channel<Settlement> settlements_;
   Channel<Revision> recorded_revisions_, page_revisions_;
   Channel<Alert> page_alerts_;
+  Channel<Mark> marks_, page_marks_;
   Channel<wire::Check> page_checks_;
   Channel<Orientation> output_orientations_;
   Channel<Cloud> output_clouds_;

@@ -169,7 +169,21 @@ void Graph::look_back(const Shared<Settlement>& settlement) {
 void Graph::write(const record::Entry& entry) {
   const std::vector<Alert> alerts = ends_.dive.add(entry);
   ends_.progress.add(entry);
+  if (const Shot* shot = entry.orientation->shot.get(); shot && ends_.live) {
+    ends_.live->note(ends_.dive.saved(), ends_.dive.is_paused(), shot->time);
+  }
   for (const Alert& alert : alerts) tell(alert);
+}
+
+// Pages are sent only what is durable.
+void Graph::keep(const Mark& mark) {
+  if (ends_.dive.add(mark)) {
+    to_page(page_marks_, std::make_shared<const Mark>(mark));
+  } else {
+    tell({mark.time, mark.image, AlertKind::storage,
+          std::string("a mark could not be ") + (mark.removed ? "removed" : "recorded"),
+          "free space on the disk, then do it again"});
+  }
 }
 
 void Graph::tell(const Alert& alert) {

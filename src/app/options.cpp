@@ -134,6 +134,7 @@ Command parse_command_line(int argc, const char* const* argv) {
   CLI::App app("nadir: a live seabed map from underwater images", "nadir");
   Run live;
   Doctor doctor;
+  ShowToken show_token;
   Replay replay;
   Simulate simulate;
   Recover recover;
@@ -153,6 +154,11 @@ Command parse_command_line(int argc, const char* const* argv) {
   doctor_verb->footer(
       "Without --config it takes the settings of the service, /etc/nadir/nadir.toml.\n"
       "Exit status 0 when a dive can be mapped, 1 when something is bad.");
+  auto* token_verb = app.add_subcommand(
+      "token", "show the token with which a page may command this device, and how it gets it");
+  add_settings(*token_verb, show_token.settings);
+  token_verb->footer(
+      "Without --config it takes the settings of the service, /etc/nadir/nadir.toml.");
   auto* replay_verb =
       app.add_subcommand("replay", "map a folder of images or a video into a dive folder");
   describe_replay(*replay_verb, replay, address, rate);
@@ -168,15 +174,15 @@ Command parse_command_line(int argc, const char* const* argv) {
   std::string topic;
   auto* help_verb = app.add_subcommand("help", "explain a verb");
   help_verb->add_option("VERB", topic)
-      ->check(CLI::IsMember(
-          {"run", "doctor", "replay", "simulate", "recover", "check-calibration", "help"}));
+      ->check(CLI::IsMember({"run", "doctor", "token", "replay", "simulate", "recover",
+                             "check-calibration", "help"}));
   app.require_subcommand(0, 1);
 
   try {
     app.parse(argc, argv);
     if (!dump_config && app.get_subcommands().empty()) {
       throw CLI::RequiredError(
-          "a verb: run, doctor, replay, simulate, recover, check-calibration or help");
+          "a verb: run, doctor, token, replay, simulate, recover, check-calibration or help");
     }
     if (!dump_config && (dump.settings.file || !dump.settings.assignments.empty())) {
       throw CLI::ValidationError("--config and --set stand behind the verb");
@@ -195,6 +201,7 @@ Command parse_command_line(int argc, const char* const* argv) {
     return live;
   }
   if (*doctor_verb) return doctor;
+  if (*token_verb) return show_token;
   if (*simulate_verb) return simulate;
   if (*recover_verb) return recover;
   if (*check_verb) return check;

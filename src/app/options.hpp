@@ -50,6 +50,10 @@ struct Doctor {
   Settings settings;
 };
 
+struct ShowToken {
+  Settings settings;
+};
+
 struct Simulate {
   std::filesystem::path folder;
   std::string scene = "pool";
@@ -85,8 +89,8 @@ class UsageError : public std::runtime_error {
   using std::runtime_error::runtime_error;
 };
 
-using Command =
-    std::variant<Answered, DumpConfig, Run, Doctor, Replay, Simulate, Recover, CheckCalibration>;
+using Command = std::variant<Answered, DumpConfig, Run, Doctor, ShowToken, Replay, Simulate,
+                             Recover, CheckCalibration>;
 
 /// Exit status 2 for a wrong command line, with what is wrong on standard error.
 Command parse_command_line(int argc, const char* const* argv);

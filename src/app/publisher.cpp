@@ -71,11 +71,17 @@ wire::CameraInfo camera_info(const CameraModel& camera) {
 }  // namespace
 
 Publisher::Publisher(serve::WebServer& server, std::string input, std::uint64_t images_total,
-                     const Config& config)
-    : server_(server), guide_(config) {
+                     const Config& config, LiveDive* live)
+    : server_(server), live_(live), guide_(config) {
   state_.input = std::move(input);
   state_.images_total = images_total;
   send_state();
+  if (!live_) return;
+  live_->tell([this](const wire::Recording& recording) { send(serve::Lane::state, recording); });
+}
+
+Publisher::~Publisher() {
+  if (live_) live_->tell({});
 }
 
 template <class Record>
@@ -254,6 +260,10 @@ void Publisher::publish(const Revision& revision) {
     const Seen& seen = seen_.at(number);
     if (is_moved(seen.submap, seen.image)) send_corrected(block);
   }
+  for (const auto& [id, mark] : marks_) {
+    const auto pose = mark.image ? poses_.find(*mark.image) : poses_.end();
+    if (pose != poses_.end() && is_moved(pose->second.submap, pose->first)) send_corrected(mark);
+  }
   for (const auto& [number, mosaic] : mosaics_) {
     if (is_moved(mosaic.first.submap, mosaic.second)) {
       send_corrected(mosaic.first, mosaic.second);
@@ -263,6 +273,28 @@ void Publisher::publish(const Revision& revision) {
 
 void Publisher::publish(const Alert& alert) {
   send(serve::Lane::state, wire::AlertRecord{alerts_++, alert});
+}
+
+void Publisher::publish(const Mark& mark) {
+  Mark as_put = mark;
+  const auto pose = mark.image ? poses_.find(*mark.image) : poses_.end();
+  if (pose != poses_.end()) {
+    as_put.position = corrections_.at(pose->second.submap, *mark.image).inverse() * mark.position;
+  }
+  if (mark.removed) {
+    marks_.erase(mark.id);
+  } else {
+    marks_[mark.id] = as_put;
+  }
+  send_corrected(as_put);
+}
+
+void Publisher::send_corrected(Mark mark) {
+  const auto pose = mark.image ? poses_.find(*mark.image) : poses_.end();
+  if (pose != poses_.end()) {
+    mark.position = corrections_.at(pose->second.submap, *mark.image) * mark.position;
+  }
+  send(serve::Lane::state, mark);
 }
 
 void Publisher::publish(const wire::Check& check) { send(serve::Lane::state, check); }

@@ -12,6 +12,7 @@
 #include <tuple>
 
 #include "guide.hpp"
+#include "live_dive.hpp"
 #include "nadir/core/cloud.hpp"
 #include "nadir/core/revision.hpp"
 #include "nadir/core/tile.hpp"
@@ -24,9 +25,13 @@ namespace nadir::app {
 /// One thread calls it; the viewers' counts are those of what it was given.
 class Publisher {
  public:
-  /// images_total 0: unknown. The server must outlive this.
+  /// images_total 0: unknown. live: whose changes are published meanwhile, may be null. Both must
+  /// outlive this.
   Publisher(serve::WebServer& server, std::string input, std::uint64_t images_total,
-            const Config& config = {});
+            const Config& config = {}, LiveDive* live = nullptr);
+  ~Publisher();
+  Publisher(const Publisher&) = delete;
+  Publisher& operator=(const Publisher&) = delete;
 
   void publish(const Orientation& orientation);
   /// From the next live image on. Any thread.
@@ -37,6 +42,7 @@ class Publisher {
   /// Places again what a correction moves; no pixels.
   void publish(const Revision& revision);
   void publish(const Alert& alert);
+  void publish(const Mark& mark);
   void publish(const std::vector<StageStats>& stages);
   void publish(const wire::Check& check);
   /// For the dials, see Guide. Any thread.
@@ -61,7 +67,10 @@ class Publisher {
   void send_corrected(const wire::TiePoints& block);
   void send_corrected(const MosaicGrid& grid, std::uint64_t first_image);
 
+  void send_corrected(Mark mark);
+
   serve::WebServer& server_;
+  LiveDive* const live_;
   Guide guide_;
   wire::State state_;
   wire::TiePointBlocks tie_points_;
@@ -74,6 +83,7 @@ class Publisher {
   };
   std::map<std::uint64_t, Seen> seen_;  ///< by block of tie points: where they were last adjusted
   std::map<std::uint32_t, std::pair<MosaicGrid, std::uint64_t>> mosaics_;  ///< first image
+  std::map<std::uint64_t, Mark> marks_;  ///< as put, before their images' corrections
   Corrections corrections_;
   std::map<std::uint32_t, Scale> scales_;  ///< by sub-map, as corrected
   std::set<std::tuple<std::uint32_t, std::int32_t, std::int32_t>> tiles_;

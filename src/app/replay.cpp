@@ -5,6 +5,8 @@
 
 #include "config_file.hpp"
 #include "configured.hpp"
+#include "desk.hpp"
+#include "device_token.hpp"
 #include "dive_course.hpp"
 #include "graph.hpp"
 #include "interrupt.hpp"
@@ -24,6 +26,13 @@ std::optional<GivenPoses> given_poses(const Replay& replay, const capture::Sourc
   if (replay.poses) return capture::read_tum(*replay.poses, source.images());
   if (replay.colmap) return capture::read_colmap_poses(*replay.colmap, source.images());
   return std::nullopt;
+}
+
+// The dives it shows are those beside the one it makes.
+std::filesystem::path dives_of(const Replay& replay) {
+  std::filesystem::path dive = std::filesystem::absolute(replay.dive).lexically_normal();
+  if (!dive.has_filename()) dive = dive.parent_path();  // "dives/today/"
+  return dive.parent_path();
 }
 
 std::string engine(const Replay& replay) {
@@ -50,15 +59,21 @@ int run(const Replay& replay) {
   const auto opened = capture::open_survey(replay.folder, replay.calibration, config.capture);
   capture::Source& source = *opened;
   std::optional<GivenPoses> poses = given_poses(replay, source);
+  // Its token is good for this replay: it writes nowhere but into its dive.
+  std::optional<Desk> desk;
   std::optional<serve::WebServer> server;
   std::optional<Publisher> page;
   if (replay.serve) {
-    server.emplace(config.serve, page_assets());
-    page.emplace(*server, replay.folder.filename().string(), source.size(), config);
+    desk.emplace(dives_of(replay), new_token(), url_for_others(config.serve));
+    server.emplace(config.serve, page_assets(), std::nullopt, serve::Listen::at_once,
+                   desk->handler());
+    page.emplace(*server, replay.folder.filename().string(), source.size(), config, &desk->live());
     page->watch_disk(replay.dive);
   }
   const nlohmann::json input{{"folder", replay.folder.string()}, {"images", source.size()}};
   record::Dive dive(replay.dive, dive_info(input, engine(replay), config), config.record);
+  LiveDive* const live = desk ? &desk->live() : nullptr;
+  if (live) live->begin(replay.dive);
   if (server)
     std::fprintf(stderr, "the map: %s\n", page_url(config.serve.address, server->port()).c_str());
 
@@ -68,10 +83,10 @@ int run(const Replay& replay) {
     return shot ? std::optional(capture::Captured{std::move(shot), {}}) : std::nullopt;
   };
   Graph graph(config, replay.rate,
-              {next, source.lasers(), {}, dive, page ? &*page : nullptr, progress},
+              {next, source.lasers(), {}, dive, page ? &*page : nullptr, progress, live},
               std::move(poses));
   interrupt.on_interrupt([stop = graph.stop_source()]() mutable { stop.request_stop(); });
-  const int status = finish_dive({graph, dive, page ? &*page : nullptr, progress, begun});
+  const int status = finish_dive({graph, dive, page ? &*page : nullptr, progress, begun, live});
   if (server && replay.keep_serving) interrupt.wait();
   return status;
 }

@@ -11,6 +11,8 @@
 
 #include "beginning.hpp"
 #include "configured.hpp"
+#include "desk.hpp"
+#include "device_token.hpp"
 #include "dive_course.hpp"
 #include "drop_rate.hpp"
 #include "earlier_dives.hpp"
@@ -37,16 +39,17 @@ Time utc_now() {
 
 // What nadir.socket was made of must not keep a dive from being recorded.
 std::unique_ptr<serve::WebServer> open_page(const serve::Config& config,
-                                            const ServiceManager& manager) {
+                                            const ServiceManager& manager,
+                                            const serve::Handler& handler) {
   std::unique_ptr<serve::WebServer> server;
   try {
     server = std::make_unique<serve::WebServer>(config, page_assets(), manager.socket(),
-                                                serve::Listen::in_time);
+                                                serve::Listen::in_time, handler);
   } catch (const InputError& error) {
     if (!manager.socket()) throw;
     std::fprintf(stderr, "%s\n", error.what());
     server = std::make_unique<serve::WebServer>(config, page_assets(), std::nullopt,
-                                                serve::Listen::in_time);
+                                                serve::Listen::in_time, handler);
   }
   if (server->port() != 0) {
     std::fprintf(stderr, "the map: %s\n", page_url(config.address, server->port()).c_str());
@@ -54,6 +57,12 @@ std::unique_ptr<serve::WebServer> open_page(const serve::Config& config,
     std::fprintf(stderr, "%s; it is tried every second\n", server->listen_fault().c_str());
   }
   return server;
+}
+
+std::string token_of(const Config& config) {
+  const DeviceToken token = device_token(token_file(config.record.dives), record::system_disk());
+  if (!token.message.empty()) std::fprintf(stderr, "%s\n", token.message.c_str());
+  return token.token;
 }
 
 std::string in_words(const ImageFlow& images, std::optional<double> rate_hz) {
@@ -108,7 +117,7 @@ int wait_for_settings(const Run& live, std::string fault, ServiceManager& manage
   serve::Config config;
   if (live.serve && !live.serve->host.empty()) config.address = live.serve->host;
   if (live.serve) config.port = live.serve->port;
-  const auto server = open_page(config, manager);
+  const auto server = open_page(config, manager, {});
   Publisher page(*server, "live", 0);
   manager.ready();
   manager.status("waiting for its settings");
@@ -148,10 +157,11 @@ int run(const Run& live) {
     if (!manager.is_there()) throw;
     return wait_for_settings(live, error.what(), manager, heart, stop.get_token());
   }
-  const auto server = open_page(config.serve, manager);
+  Desk desk(config.record.dives, token_of(config), url_for_others(config.serve));
+  const auto server = open_page(config.serve, manager, desk.handler());
   manager.ready();
   const Recoveries recoveries(unfinished_dives(config.record.dives));
-  Publisher page(*server, "live", 0, config);
+  Publisher page(*server, "live", 0, config, &desk.live());
   LiveCheck check(config);
   Beginning beginning(config, manager, heart, page, check, stop.get_token());
   const auto cameras = beginning.open_cameras();
@@ -162,6 +172,7 @@ int run(const Run& live) {
   WatchedDisk disk;
   const auto dive = beginning.begin_dive(mapping, *cameras, disk);
   if (!dive) return 0;
+  desk.live().begin(beginning.folder());
 
   Progress progress(0, stderr);
   const auto next = [&](const std::stop_token& ending) -> std::optional<capture::Captured> {
@@ -170,12 +181,12 @@ int run(const Run& live) {
   };
   const auto note_speed = [&](double px_a_second) { cameras->note_speed(px_a_second); };
   Graph graph(mapping, {Rate::Kind::live, 0},
-              {next, cameras->lasers(), note_speed, *dive, &page, progress});
+              {next, cameras->lasers(), note_speed, *dive, &page, progress, &desk.live()});
   interrupt.on_interrupt([stop = graph.stop_source()]() mutable { stop.request_stop(); });
   supervise(graph, config, manager, heart, *cameras, check, graph.stop_source().get_token());
   manager.stopping();
   heart.beat(1h);  // the files of a long dive take their time; systemd's TimeoutStopSec bounds it
-  return finish_dive({graph, *dive, &page, progress, begun});
+  return finish_dive({graph, *dive, &page, progress, begun, &desk.live()});
 }
 
 }  // namespace nadir::app

@@ -10,6 +10,7 @@ namespace nadir::app {
 inline int run(const Answered& answered) { return answered.status; }
 int run(const Run& live);
 int run(const Doctor& doctor);
+int run(const ShowToken& show_token);
 int run(const Replay& replay);
 int run(const Simulate& simulate);
 int run(const Recover& recover);

@@ -17,6 +17,7 @@ namespace {
 int flags(Disk::Open mode) {
   switch (mode) {
     case Disk::Open::fresh:
+    case Disk::Open::secret:
       return O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC;
     case Disk::Open::existing:
       return O_WRONLY | O_TRUNC | O_CLOEXEC;
@@ -38,8 +39,9 @@ auto uninterrupted(Call call) {
 }  // namespace
 
 int Disk::open(const path& name, Open mode) {
-  constexpr mode_t kReadableByAll = 0644;
-  return or_errno(::open(name.c_str(), flags(mode), kReadableByAll));
+  constexpr mode_t kReadableByAll = 0644, kReadableByOwner = 0600;
+  return or_errno(
+      ::open(name.c_str(), flags(mode), mode == Open::secret ? kReadableByOwner : kReadableByAll));
 }
 
 std::int64_t Disk::write(int file, ByteView bytes) {

@@ -287,6 +287,11 @@ void Dive::add(std::span<const Alert> alerts) {
   s.record_pending();  // a disk that fails is told with the next entry
 }
 
+bool Dive::add(const Mark& mark) {
+  return mark.position.allFinite() && state_->journal.append(RecordType::mark, encode(mark)) == 0;
+}
+
+bool Dive::is_paused() const { return state_->condition == Condition::paused; }
 std::uint64_t Dive::seen() const { return state_->seen; }
 std::uint64_t Dive::saved() const { return state_->saved; }
 

@@ -76,6 +76,11 @@ void fields(Archive& archive, Is<Alert> auto& alert) {
 }
 
 template <class Archive>
+void fields(Archive& archive, Is<Mark> auto& mark) {
+  archive(mark.id, mark.time, mark.image, mark.position, mark.removed, mark.note);
+}
+
+template <class Archive>
 void fields(Archive& archive, Is<Correction> auto& correction) {
   archive(correction.image, correction.submap, correction.corrected_from_live.scale,
           correction.corrected_from_live.rigid);
@@ -230,6 +235,7 @@ Facts facts_of(const Entry& entry) {
 
 Bytes encode(const Facts& facts) { return encoded(facts); }
 Bytes encode(const Alert& alert) { return encoded(alert); }
+Bytes encode(const Mark& mark) { return encoded(mark); }
 
 std::optional<Facts> decode_facts(std::span<const std::uint8_t> bytes, bool pixels) {
   return decoded<Facts>(bytes, pixels);
@@ -237,6 +243,11 @@ std::optional<Facts> decode_facts(std::span<const std::uint8_t> bytes, bool pixe
 
 std::optional<Alert> decode_alert(std::span<const std::uint8_t> bytes) {
   return decoded<Alert>(bytes);
+}
+
+std::optional<Mark> decode_mark(std::span<const std::uint8_t> bytes) {
+  auto mark = decoded<Mark>(bytes);
+  return mark && mark->position.allFinite() ? mark : std::nullopt;
 }
 
 }  // namespace record

@@ -10,6 +10,7 @@
 
 #include "archive.hpp"
 #include "nadir/core/cloud.hpp"
+#include "nadir/core/mark.hpp"
 #include "nadir/core/revision.hpp"
 #include "nadir/core/tile.hpp"
 #include "nadir/record/dive.hpp"
@@ -83,5 +84,8 @@ std::optional<Facts> decode_facts(std::span<const std::uint8_t> bytes, bool pixe
 
 Bytes encode(const Alert& alert);
 std::optional<Alert> decode_alert(std::span<const std::uint8_t> bytes);
+
+Bytes encode(const Mark& mark);
+std::optional<Mark> decode_mark(std::span<const std::uint8_t> bytes);
 
 }  // namespace nadir::record

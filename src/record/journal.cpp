@@ -15,7 +15,7 @@ namespace nadir::record {
 namespace {
 
 constexpr std::array<char, 8> kSegmentMagic{'N', 'A', 'D', 'I', 'R', 'J', 'N', 'L'};
-constexpr std::uint32_t kVersion = 6;
+constexpr std::uint32_t kVersion = 7;
 constexpr std::size_t kSegmentHead = 24, kSegmentHeader = 28;  // without and with its checksum
 constexpr std::array<char, 4> kRecordMagic{'N', 'D', 'R', 'C'};
 constexpr std::size_t kRecordHeader = 24;

@@ -20,7 +20,7 @@
 
 namespace nadir::record {
 
-enum class RecordType : std::uint32_t { begin = 1, shot = 2, alert = 3, end = 4 };
+enum class RecordType : std::uint32_t { begin = 1, shot = 2, alert = 3, end = 4, mark = 5 };
 
 struct Record {
   RecordType type{};

@@ -89,6 +89,22 @@ void add_facts(const Facts& facts, std::uint64_t sequence, Ledger& ledger) {
   add_revision(facts, ledger);
 }
 
+// It was put where the ground was as corrected then; from there on it moves as its image does.
+void add_mark(const Mark& mark, Ledger& ledger) {
+  MarkFacts facts{mark, {}};
+  const auto image = mark.image ? ledger.images.find(*mark.image) : ledger.images.end();
+  if (image != ledger.images.end() && image->second.final) {
+    facts.submap = image->second.final->submap;
+    facts.mark.position =
+        ledger.corrections.at(*facts.submap, *mark.image).inverse() * mark.position;
+  }
+  if (mark.removed) {
+    ledger.marks.erase(mark.id);
+  } else {
+    ledger.marks[mark.id] = facts;
+  }
+}
+
 std::optional<reference::Geodetic> origin_of(const nlohmann::json& about) {
   try {
     const nlohmann::json& origin = about.at("origin");
@@ -132,6 +148,11 @@ bool add_record(const Record& record, Ledger& ledger) {
       const auto alert = decode_alert(record.payload);
       if (alert) ledger.alerts.push_back(*alert);
       return alert.has_value();
+    }
+    case RecordType::mark: {
+      const auto mark = decode_mark(record.payload);
+      if (mark) add_mark(*mark, ledger);
+      return mark.has_value();
     }
   }
   return false;
@@ -197,6 +218,11 @@ void correct(Ledger& ledger) {
                                       correction.rigid.translation.norm());
   }
   ledger.farthest = farthest;
+  for (auto& [id, facts] : ledger.marks) {
+    if (!facts.submap) continue;
+    facts.mark.position =
+        ledger.corrections.at(*facts.submap, *facts.mark.image) * facts.mark.position;
+  }
   for (ProjectedFacts& projected : ledger.projected) {
     ProjectedFile& file = projected.file;
     file.world = mosaic2d::moved(file.world, projected.plane,

@@ -35,6 +35,11 @@ struct ProjectedFacts {
   Plane plane;
 };
 
+struct MarkFacts {
+  Mark mark;
+  std::optional<std::uint32_t> submap;  ///< of its image, with which it moves
+};
+
 /// Images of each fate; they add up to captured.
 struct ImageCounts {
   std::uint64_t captured = 0, oriented = 0, lost = 0;
@@ -52,6 +57,7 @@ struct Ledger {
   std::optional<reference::UtmGrid> grid;  ///< where the survey can be placed on it
   std::map<std::uint64_t, ImageFacts> images;
   std::vector<Alert> alerts;
+  std::map<std::uint64_t, MarkFacts> marks;  ///< those that were not removed
   /// Id of a tie point to the sequence of the record with its newest state.
   std::unordered_map<std::uint64_t, std::uint64_t> tie_points;
   std::map<std::uint32_t, Scale> live_scales;  ///< by sub-map, of its newest window

@@ -25,6 +25,12 @@ std::map<std::string, Write> tables(const Ledger& ledger, const path& dive) {
       {"trajectory_live.tum",
        [&](LooseFile& file) { return write_trajectory(file, ledger, &ImageFacts::live); }},
   };
+  if (!ledger.marks.empty()) {
+    made["marks.jsonl"] = [&](LooseFile& file) { return write_marks(file, ledger); };
+  }
+  if (!ledger.marks.empty() && ledger.grid) {
+    made["marks.geojson"] = [&](LooseFile& file) { return write_marks_on_earth(file, ledger); };
+  }
   if (ledger.grid) made["track.csv"] = [&](LooseFile& file) { return write_track(file, ledger); };
   return made;
 }

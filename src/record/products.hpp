@@ -59,6 +59,9 @@ bool write_track(LooseFile& file, const Ledger& ledger);
 bool write_sparse(LooseFile& file, const Ledger& ledger, const path& dive);
 bool write_projection3d(LooseFile& file, const Ledger& ledger, const path& dive);
 bool write_alerts(LooseFile& file, const Ledger& ledger);
+bool write_marks(LooseFile& file, const Ledger& ledger);
+/// Of a ledger with a grid. RFC 7946.
+bool write_marks_on_earth(LooseFile& file, const Ledger& ledger);
 bool write_health(LooseFile& file, const Ledger& ledger);
 
 /// One mosaic's tiles as a north-up raster.

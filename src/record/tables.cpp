@@ -91,6 +91,19 @@ nlohmann::ordered_json to_json(const Alert& alert) {
   return json;
 }
 
+nlohmann::ordered_json to_json(const Mark& mark) {
+  nlohmann::ordered_json json;
+  json["id"] = mark.id;
+  json["time_s"] = seconds(mark.time);
+  json["image"] = mark.image ? nlohmann::ordered_json(*mark.image) : nlohmann::ordered_json();
+  json["note"] = mark.note;
+  return json;
+}
+
+std::string text_of(const nlohmann::ordered_json& json) {
+  return json.dump(-1, ' ', false, nlohmann::ordered_json::error_handler_t::replace);
+}
+
 }  // namespace
 
 bool write_trajectory(LooseFile& file, const Ledger& ledger,
@@ -127,9 +140,39 @@ bool write_track(LooseFile& file, const Ledger& ledger) {
 
 bool write_alerts(LooseFile& file, const Ledger& ledger) {
   for (const Alert& alert : ledger.alerts) {
-    constexpr auto kReplace = nlohmann::ordered_json::error_handler_t::replace;
-    file.write(to_json(alert).dump(-1, ' ', false, kReplace) + '\n');
+    file.write(text_of(to_json(alert)) + '\n');
   }
+  return true;
+}
+
+bool write_marks(LooseFile& file, const Ledger& ledger) {
+  for (const auto& [id, facts] : ledger.marks) {
+    const Eigen::Vector3d& x_in_survey = facts.mark.position;
+    nlohmann::ordered_json json = to_json(facts.mark);
+    json["position_survey_units"] = {x_in_survey.x(), x_in_survey.y(), x_in_survey.z()};
+    if (ledger.grid) {
+      const Eigen::Vector2d place = (*ledger.grid)(Eigen::Vector2d(x_in_survey.head<2>()));
+      json["easting_m"] = place.x();
+      json["northing_m"] = place.y();
+    }
+    file.write(text_of(json) + '\n');
+  }
+  return true;
+}
+
+bool write_marks_on_earth(LooseFile& file, const Ledger& ledger) {
+  nlohmann::ordered_json features = nlohmann::ordered_json::array();
+  for (const auto& [id, facts] : ledger.marks) {
+    const auto place = ledger.grid->geodetic(facts.mark.position);
+    if (!place) continue;
+    features.push_back(
+        {{"type", "Feature"},
+         {"geometry",
+          {{"type", "Point"},
+           {"coordinates", {place->longitude_deg, place->latitude_deg, place->height}}}},
+         {"properties", to_json(facts.mark)}});
+  }
+  file.write(text_of({{"type", "FeatureCollection"}, {"features", features}}) + '\n');
   return true;
 }
 

@@ -8,7 +8,6 @@
 #include <utility>
 
 #include <boost/asio/post.hpp>
-#include <boost/asio/this_coro.hpp>
 #include <boost/asio/write.hpp>
 #include <boost/beast/core/flat_buffer.hpp>
 #include <boost/beast/http.hpp>
@@ -26,14 +25,14 @@ using Response = http::response<http::span_body<const char>>;
 
 /// What the worker makes of the work.
 template <class Result>
-asio::awaitable<Result> done_by(Worker& worker, const std::function<Result()>& work) {
+asio::awaitable<Result> done_by(Worker& worker, Stream& stream,
+                                const std::function<Result()>& work) {
   struct Done {
-    explicit Done(const asio::any_io_executor& executor)
-        : told(executor, Clock::time_point::max()) {}
+    explicit Done(const asio::any_io_executor& on) : told(on, Clock::time_point::max()) {}
     asio::steady_timer told;  // cancelled: it is
     Result result{};
   };
-  const asio::any_io_executor executor = co_await asio::this_coro::executor;
+  const asio::any_io_executor executor = stream.get_executor();
   const auto done = std::make_shared<Done>(executor);
   worker.post([done, executor, work] {
     done->result = work();
@@ -178,7 +177,7 @@ asio::awaitable<void> Front::answer_call(Stream& stream, Reading& reading) {
     const std::function<Answer()> work = [&handler = handler_, call] {
       return answer_of(handler, call);
     };
-    answer = co_await done_by(worker_, work);
+    answer = co_await done_by(worker_, stream, work);
   }
   if (answer.download && answer.status == 200) {
     co_await send_file(stream, reading.parser.get(), answer);
@@ -250,7 +249,7 @@ asio::awaitable<void> Front::send_bytes(Stream& stream, const Download& download
     const std::function<std::ptrdiff_t()> work = [chunk, at, wanted, download] {
       return read_of(download, at, std::span(*chunk).first(wanted));
     };
-    const std::ptrdiff_t got = co_await done_by(worker_, work);
+    const std::ptrdiff_t got = co_await done_by(worker_, stream, work);
     if (got <= 0) co_return;  // the length that was promised tells the client
     const std::size_t size = std::min(static_cast<std::size_t>(got), wanted);
     stream.expires_after(feed_.timeouts.stall);

@@ -19,6 +19,7 @@ void Worker::post(std::function<void()> job) {
 void Worker::stop() {
   thread_.request_stop();
   if (thread_.joinable()) thread_.join();
+  jobs_.clear();  // what they hold may not outlive what they were to answer
 }
 
 void Worker::work(const std::stop_token& stop) {

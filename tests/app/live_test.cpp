@@ -156,17 +156,20 @@ TEST(Live, MapsWhatACameraSeesWithWhatSensorsSayAndTellsOthers) {
   record::Dive dive(folder, dive_info({{"camera", "simulated"}}, "odometry", config),
                     config.record);
   Progress progress(0, stderr);
+  LiveDive live;
+  live.begin(folder);
   int status = -1;
   Watch watch;
   std::vector<Finding> equipment;
   {
-    Graph graph(
-        config, {Rate::Kind::live, 0},
-        {[&](const std::stop_token& stop) { return camera.next(stop); }, camera.lasers(),
-         [&](double px) { fastest = std::max(fastest.load(), px); }, dive, nullptr, progress});
+    Graph graph(config, {Rate::Kind::live, 0},
+                {[&](const std::stop_token& stop) { return camera.next(stop); }, camera.lasers(),
+                 [&](double px) { fastest = std::max(fastest.load(), px); }, dive, nullptr,
+                 progress, &live});
     const auto begun = Clock::now();
     std::this_thread::sleep_for(std::chrono::nanoseconds(kPeriod * (kImages / 2)));
     graph.economise(Economy::mosaic, "a test", monotonic_now());
+    EXPECT_EQ(live.add({.position = {1, 2, -3}, .note = "an anchor"}), 0u);
     while (Clock::now() - begun < std::chrono::nanoseconds(kPeriod * (kImages + 4))) {
       EXPECT_EQ(watch.hung(Clock::now(), graph.activities()), std::nullopt);
       std::this_thread::sleep_for(50ms);
@@ -175,9 +178,13 @@ TEST(Live, MapsWhatACameraSeesWithWhatSensorsSayAndTellsOthers) {
     equipment = check.mapping(Clock::now(), {}, graph, from_seconds(0.001)).value().findings;
     EXPECT_EQ(check.mapping(Clock::now(), {}, graph, {}), std::nullopt);  // told just now
     graph.stop_source().request_stop();
-    status = finish_dive({graph, dive, nullptr, progress, begun});
+    status = finish_dive({graph, dive, nullptr, progress, begun, &live});
+    EXPECT_EQ(live.add({}), std::nullopt) << "the dive has ended";
   }
   EXPECT_EQ(status, 0);
+  EXPECT_FALSE(live.now().is_recording);
+  EXPECT_EQ(live.now().saved, kImages);
+  EXPECT_NE(contents(folder / "marks.jsonl").find("an anchor"), std::string::npos);
 
   const json told = dive_json(folder);
   const json& counts = told["counts"];

@@ -35,7 +35,7 @@ const std::vector<std::pair<std::regex, std::set<std::string>>> kLibraries = {
     {std::regex("turbojpeg\\.h|png\\.h|tiffio\\.h|jpeglib\\.h|isa-l.*"), {"image_io"}},
     {std::regex("libdeflate\\.h"), {"image_io", "record"}},  // record: CRC-32
     {std::regex("yaml-cpp/.*|pugixml\\.hpp|opencv2/core/persistence\\.hpp"), {"calibration"}},
-    {std::regex("toml\\+\\+.*|CLI/.*"), {"app"}},
+    {std::regex("toml\\+\\+.*|CLI/.*|qrencode\\.h"), {"app"}},
     {std::regex("opencv2/(imgcodecs|videoio|highgui).*"), {}},
 };
 

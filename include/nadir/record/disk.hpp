@@ -16,10 +16,11 @@ using ByteView = std::span<const std::uint8_t>;
 /// The system calls as they are: results are a value >= 0, or -errno. Writes may be short.
 class Disk {
  public:
-  enum class Open { fresh, existing, directory };
+  enum class Open { fresh, secret, existing, directory };
 
   virtual ~Disk() = default;
-  /// fresh: for writing, created or emptied; existing: emptied, must exist; directory: for sync.
+  /// fresh: for writing, created or emptied; secret: the same, readable by its owner only;
+  /// existing: emptied, must exist; directory: for sync.
   virtual int open(const path& name, Open mode);
   virtual std::int64_t write(int file, ByteView bytes);
   /// Data and size of a file, or the names in a directory, are durable when this returns 0.

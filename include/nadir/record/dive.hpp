@@ -15,6 +15,7 @@
 #include <vector>
 
 #include "nadir/core/cloud.hpp"
+#include "nadir/core/mark.hpp"
 #include "nadir/core/revision.hpp"
 #include "nadir/core/tile.hpp"
 #include "nadir/reference/geodetic.hpp"
@@ -78,6 +79,12 @@ class Dive {
   /// The same of several, with one sync.
   void add(std::span<const Alert> alerts);
 
+  /// Whether the mark, or its removal, is durable; else it is not recorded. What is not finite is
+  /// not.
+  [[nodiscard]] bool add(const Mark& mark);
+
+  /// Whether the disk took nothing of the last entry.
+  bool is_paused() const;
   /// Entries given, and entries that are durable.
   std::uint64_t seen() const;
   std::uint64_t saved() const;

@@ -19,6 +19,7 @@
 
 #include "nadir/core/cloud.hpp"
 #include "nadir/core/finding.hpp"
+#include "nadir/core/mark.hpp"
 #include "nadir/core/stage_stats.hpp"
 #include "nadir/core/tile.hpp"
 #include "nadir/wire/envelope.hpp"
@@ -199,16 +200,6 @@ struct Guidance {
   std::vector<Lane> lanes{};     ///< in the order of the plan, at most 65535
   std::optional<std::uint16_t> lane{};  ///< the one being swum
   double off_lane = 0;                  ///< how far to the right of it, seen along its direction
-};
-
-/// A point somebody wants to find again.
-struct Mark {
-  std::uint64_t id = 0;
-  Time time = 0;
-  std::optional<std::uint64_t> image{};  ///< that shows it, kept as its photograph
-  Eigen::Vector3d position = Eigen::Vector3d::Zero();
-  bool removed = false;
-  std::string note{};
 };
 
 /// The last image that could be oriented, to be found again.
