@@ -28,8 +28,8 @@ class Desk {
   /// it cannot be now; the text is JSON, {"error": why} when it was not done.
   serve::Answer answer(const serve::Call& call);
   /// Refers to this.
-  serve::Handler handler() {
-    return [this](const serve::Call& call) { return answer(call); };
+  serve::Handlers handlers() {
+    return {[this](const serve::Call& call) { return answer(call); }, {}};
   }
 
   LiveDive& live() { return live_; }

@@ -70,9 +70,9 @@ wire::CameraInfo camera_info(const CameraModel& camera) {
 
 }  // namespace
 
-Publisher::Publisher(serve::WebServer& server, std::string input, std::uint64_t images_total,
-                     const Config& config, LiveDive* live)
-    : server_(server), live_(live), guide_(config) {
+Publisher::Publisher(std::shared_ptr<serve::Feed> feed, std::string input,
+                     std::uint64_t images_total, const Config& config, LiveDive* live)
+    : feed_(std::move(feed)), live_(live), guide_(config) {
   state_.input = std::move(input);
   state_.images_total = images_total;
   send_state();
@@ -86,7 +86,7 @@ Publisher::~Publisher() {
 
 template <class Record>
 void Publisher::send(serve::Lane lane, const Record& record) {
-  server_.publish(lane, wire::key(record), wire::encode(record));
+  feed_->publish(lane, wire::key(record), wire::encode(record));
 }
 
 void Publisher::send_state() {

@@ -16,7 +16,7 @@
 #include "nadir/core/cloud.hpp"
 #include "nadir/core/revision.hpp"
 #include "nadir/core/tile.hpp"
-#include "nadir/serve/web_server.hpp"
+#include "nadir/serve/feed.hpp"
 #include "nadir/wire/records.hpp"
 #include "nadir/wire/tie_point_blocks.hpp"
 
@@ -27,7 +27,7 @@ class Publisher {
  public:
   /// images_total 0: unknown. live: whose changes are published meanwhile, may be null. Both must
   /// outlive this.
-  Publisher(serve::WebServer& server, std::string input, std::uint64_t images_total,
+  Publisher(std::shared_ptr<serve::Feed> feed, std::string input, std::uint64_t images_total,
             const Config& config = {}, LiveDive* live = nullptr);
   ~Publisher();
   Publisher(const Publisher&) = delete;
@@ -69,7 +69,7 @@ class Publisher {
 
   void send_corrected(Mark mark);
 
-  serve::WebServer& server_;
+  const std::shared_ptr<serve::Feed> feed_;
   LiveDive* const live_;
   Guide guide_;
   wire::State state_;

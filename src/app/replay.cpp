@@ -66,8 +66,9 @@ int run(const Replay& replay) {
   if (replay.serve) {
     desk.emplace(dives_of(replay), new_token(), url_for_others(config.serve));
     server.emplace(config.serve, page_assets(), std::nullopt, serve::Listen::at_once,
-                   desk->handler());
-    page.emplace(*server, replay.folder.filename().string(), source.size(), config, &desk->live());
+                   desk->handlers());
+    page.emplace(server->feed(), replay.folder.filename().string(), source.size(), config,
+                 &desk->live());
     page->watch_disk(replay.dive);
   }
   const nlohmann::json input{{"folder", replay.folder.string()}, {"images", source.size()}};

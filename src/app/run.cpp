@@ -40,16 +40,16 @@ Time utc_now() {
 // What nadir.socket was made of must not keep a dive from being recorded.
 std::unique_ptr<serve::WebServer> open_page(const serve::Config& config,
                                             const ServiceManager& manager,
-                                            const serve::Handler& handler) {
+                                            const serve::Handlers& handlers) {
   std::unique_ptr<serve::WebServer> server;
   try {
     server = std::make_unique<serve::WebServer>(config, page_assets(), manager.socket(),
-                                                serve::Listen::in_time, handler);
+                                                serve::Listen::in_time, handlers);
   } catch (const InputError& error) {
     if (!manager.socket()) throw;
     std::fprintf(stderr, "%s\n", error.what());
     server = std::make_unique<serve::WebServer>(config, page_assets(), std::nullopt,
-                                                serve::Listen::in_time, handler);
+                                                serve::Listen::in_time, handlers);
   }
   if (server->port() != 0) {
     std::fprintf(stderr, "the map: %s\n", page_url(config.address, server->port()).c_str());
@@ -118,7 +118,7 @@ int wait_for_settings(const Run& live, std::string fault, ServiceManager& manage
   if (live.serve && !live.serve->host.empty()) config.address = live.serve->host;
   if (live.serve) config.port = live.serve->port;
   const auto server = open_page(config, manager, {});
-  Publisher page(*server, "live", 0);
+  Publisher page(server->feed(), "live", 0);
   manager.ready();
   manager.status("waiting for its settings");
   std::string told;
@@ -158,10 +158,10 @@ int run(const Run& live) {
     return wait_for_settings(live, error.what(), manager, heart, stop.get_token());
   }
   Desk desk(config.record.dives, token_of(config), url_for_others(config.serve));
-  const auto server = open_page(config.serve, manager, desk.handler());
+  const auto server = open_page(config.serve, manager, desk.handlers());
   manager.ready();
   const Recoveries recoveries(unfinished_dives(config.record.dives));
-  Publisher page(*server, "live", 0, config, &desk.live());
+  Publisher page(server->feed(), "live", 0, config, &desk.live());
   LiveCheck check(config);
   Beginning beginning(config, manager, heart, page, check, stop.get_token());
   const auto cameras = beginning.open_cameras();

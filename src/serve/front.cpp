@@ -51,6 +51,14 @@ Answer answer_of(const Handler& handler, const Call& call) {
   }
 }
 
+std::shared_ptr<Feed> feed_of(const FindFeed& find, const std::string& query) {
+  try {
+    return find(query);
+  } catch (const std::exception&) {
+    return nullptr;
+  }
+}
+
 std::ptrdiff_t read_of(const Download& download, std::uint64_t at, std::span<char> into) {
   try {
     return download.read(at, into);
@@ -113,15 +121,15 @@ struct Front::Reading {
   http::request_parser<http::string_body> parser;
 };
 
-Front::Front(const Config& config, Feed& feed, std::vector<Asset> assets, Handler handler)
-    : config_(config), feed_(feed), handler_(std::move(handler)) {
+Front::Front(const Config& config, Shared& shared, std::vector<Asset> assets, Handlers handlers)
+    : config_(config), shared_(shared), handlers_(std::move(handlers)) {
   for (Asset& asset : assets) assets_.emplace(asset.path, asset);
 }
 
 asio::awaitable<std::optional<HttpRequest>> Front::answer(Stream& stream) {
   Reading reading;
   error_code error;
-  stream.expires_after(feed_.timeouts.header);
+  stream.expires_after(shared_.timeouts.header);
   co_await http::async_read_header(stream, reading.buffer, reading.parser, noting(error));
   if (error) {
     if (const auto refusal = refusal_of_reading(error)) co_await refuse(stream, *refusal);
@@ -131,7 +139,7 @@ asio::awaitable<std::optional<HttpRequest>> Front::answer(Stream& stream) {
   // A body, or anything sent before the answer, as before a WebSocket is open.
   const Request question = plain(request, reading.buffer.size() > 0 || reading.body());
   const std::string_view path = path_of(question.target);
-  const bool call = handler_ && is_call(path) && !question.upgrade;
+  const bool call = handlers_.call && is_call(path) && !question.upgrade;
   const auto asset = assets_.find(path);
   if (const auto refusal = refusal_of(question, local_address(stream), config_.names)) {
     co_await refuse(stream, *refusal, call);
@@ -152,7 +160,7 @@ asio::awaitable<std::optional<HttpRequest>> Front::answer(Stream& stream) {
 asio::awaitable<void> Front::answer_call(Stream& stream, Reading& reading) {
   error_code error;
   if (reading.body()) {
-    stream.expires_after(2 * feed_.timeouts.header);
+    stream.expires_after(2 * shared_.timeouts.header);
     co_await http::async_read(stream, reading.buffer, reading.parser, noting(error));
   }
   std::optional<Refusal> refusal;
@@ -174,7 +182,7 @@ asio::awaitable<void> Front::answer_call(Stream& stream, Reading& reading) {
     stream.expires_never();
     const Call call = call_of(stream, reading.parser.get());
     // Named, as GCC 12 destroys some temporaries within a co_await twice.
-    const std::function<Answer()> work = [&handler = handler_, call] {
+    const std::function<Answer()> work = [&handler = handlers_.call, call] {
       return answer_of(handler, call);
     };
     answer = co_await done_by(worker_, stream, work);
@@ -184,6 +192,14 @@ asio::awaitable<void> Front::answer_call(Stream& stream, Reading& reading) {
   } else {
     co_await send(stream, answer);
   }
+}
+
+asio::awaitable<std::shared_ptr<Feed>> Front::find_feed(Stream& stream, std::string query) {
+  if (!handlers_.feed) co_return nullptr;
+  const std::function<std::shared_ptr<Feed>()> work = [&find = handlers_.feed, query] {
+    return feed_of(find, query);
+  };
+  co_return co_await done_by(worker_, stream, work);
 }
 
 asio::awaitable<void> Front::send(Stream& stream, const Answer& answer) {
@@ -196,8 +212,8 @@ asio::awaitable<void> Front::send(Stream& stream, const Answer& answer) {
   response.body() = {answer.text.data(), answer.text.size()};
   set_common(response);
   response.prepare_payload();
-  co_await write(stream, response, feed_.timeouts.stall);
-  co_await hang_up(stream, feed_.timeouts.header);
+  co_await write(stream, response, shared_.timeouts.stall);
+  co_await hang_up(stream, shared_.timeouts.header);
 }
 
 asio::awaitable<void> Front::send_file(Stream& stream, const HttpRequest& request,
@@ -221,8 +237,8 @@ asio::awaitable<void> Front::send_file(Stream& stream, const HttpRequest& reques
     response.result(416);
     response.set(http::field::content_range, "bytes *" + of);
     response.prepare_payload();
-    co_await write(stream, response, feed_.timeouts.stall);
-    co_await hang_up(stream, feed_.timeouts.header);
+    co_await write(stream, response, shared_.timeouts.stall);
+    co_await hang_up(stream, shared_.timeouts.header);
     co_return;
   }
   if (*part != Part{0, download.size}) {
@@ -234,14 +250,14 @@ asio::awaitable<void> Front::send_file(Stream& stream, const HttpRequest& reques
   response.set(http::field::content_disposition, attachment(download.name));
   if (!download.tag.empty()) response.set(http::field::etag, '"' + download.tag + '"');
   response.content_length(part->end - part->begin);
-  const error_code error = co_await write(stream, response, feed_.timeouts.stall);
+  const error_code error = co_await write(stream, response, shared_.timeouts.stall);
   if (!error) co_await send_bytes(stream, download, *part);
 }
 
 asio::awaitable<void> Front::send_bytes(Stream& stream, const Download& download, Part part) {
   error_code error;
   // What lies in the kernel goes before what the feed has to say on the same link.
-  stream.socket().set_option(tcp::socket::send_buffer_size(feed_.client_bytes), error);
+  stream.socket().set_option(tcp::socket::send_buffer_size(shared_.client_bytes), error);
   const auto chunk = std::make_shared<std::array<char, kChunkBytes>>();
   for (std::uint64_t at = part.begin; at < part.end;) {
     const auto wanted =
@@ -252,17 +268,17 @@ asio::awaitable<void> Front::send_bytes(Stream& stream, const Download& download
     const std::ptrdiff_t got = co_await done_by(worker_, stream, work);
     if (got <= 0) co_return;  // the length that was promised tells the client
     const std::size_t size = std::min(static_cast<std::size_t>(got), wanted);
-    stream.expires_after(feed_.timeouts.stall);
+    stream.expires_after(shared_.timeouts.stall);
     co_await asio::async_write(stream, asio::buffer(chunk->data(), size), noting(error));
-    if (error == beast::error::timeout) ++feed_.tally.timed_out;
+    if (error == beast::error::timeout) ++shared_.tally.timed_out;
     if (error) co_return;
     at += size;
   }
-  co_await hang_up(stream, feed_.timeouts.header);
+  co_await hang_up(stream, shared_.timeouts.header);
 }
 
 asio::awaitable<void> Front::refuse(Stream& stream, Refusal refusal, bool of_call) {
-  ++feed_.tally.refused;
+  ++shared_.tally.refused;
   const std::string json = error_json(refusal.reason);
   Response response;
   response.result(refusal.status);
@@ -276,8 +292,8 @@ asio::awaitable<void> Front::refuse(Stream& stream, Refusal refusal, bool of_cal
   response.body() = {text.data(), text.size()};
   set_common(response);
   response.prepare_payload();
-  co_await write(stream, response, feed_.timeouts.stall);
-  co_await hang_up(stream, feed_.timeouts.header);
+  co_await write(stream, response, shared_.timeouts.stall);
+  co_await hang_up(stream, shared_.timeouts.header);
 }
 
 asio::awaitable<void> Front::send_asset(Stream& stream, const HttpRequest& request,
@@ -292,8 +308,8 @@ asio::awaitable<void> Front::send_asset(Stream& stream, const HttpRequest& reque
   response.body() = {reinterpret_cast<const char*>(asset.gzip.data()), asset.gzip.size()};
   set_common(response);
   response.prepare_payload();
-  co_await write(stream, response, feed_.timeouts.stall);
-  co_await hang_up(stream, feed_.timeouts.header);
+  co_await write(stream, response, shared_.timeouts.stall);
+  co_await hang_up(stream, shared_.timeouts.header);
 }
 
 }  // namespace nadir::serve

@@ -11,9 +11,9 @@
 #include <vector>
 
 #include "answer_rules.hpp"
-#include "feed.hpp"
 #include "nadir/serve/web_server.hpp"
 #include "request_rules.hpp"
+#include "shared.hpp"
 #include "stream.hpp"
 #include "worker.hpp"
 
@@ -21,12 +21,14 @@ namespace nadir::serve {
 
 class Front {
  public:
-  /// config and feed outlive it.
-  Front(const Config& config, Feed& feed, std::vector<Asset> assets, Handler handler);
+  /// config and shared outlive it.
+  Front(const Config& config, Shared& shared, std::vector<Asset> assets, Handlers handlers);
 
   /// The request when it is a proper one for the feed; else it was answered.
   asio::awaitable<std::optional<HttpRequest>> answer(Stream& stream);
   asio::awaitable<void> refuse(Stream& stream, Refusal refusal, bool of_call = false);
+  /// What the query of a proper request for a feed names; null when there is no such feed.
+  asio::awaitable<std::shared_ptr<Feed>> find_feed(Stream& stream, std::string query);
   /// Waits for the call at work. The reactor has stopped.
   void stop() { worker_.stop(); }
 
@@ -39,9 +41,9 @@ class Front {
   asio::awaitable<void> send_asset(Stream& stream, const HttpRequest& request, const Asset& asset);
 
   const Config& config_;
-  Feed& feed_;
+  Shared& shared_;
   std::map<std::string, Asset, std::less<>> assets_;
-  const Handler handler_;
+  const Handlers handlers_;
   Count calls_ = 0, downloads_ = 0;
   Worker worker_;
 };

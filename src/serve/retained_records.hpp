@@ -10,7 +10,7 @@
 #include <memory>
 #include <unordered_map>
 
-#include "nadir/serve/web_server.hpp"
+#include "nadir/serve/feed.hpp"
 #include "nadir/wire/envelope.hpp"
 
 namespace nadir::serve {

@@ -20,8 +20,8 @@ namespace websocket = beast::websocket;
 /// Held by the coroutines that read, write and watch; each ends when the socket is closed.
 class Viewer::Conversation : public std::enable_shared_from_this<Viewer::Conversation> {
  public:
-  Conversation(Stream stream, Feed& feed)
-      : feed_(feed),
+  Conversation(Stream stream, std::shared_ptr<Feed::Core> feed)
+      : feed_(std::move(feed)),
         socket_(std::move(stream)),
         wake_(socket_.get_executor()),
         tick_(socket_.get_executor()) {}
@@ -43,6 +43,7 @@ class Viewer::Conversation : public std::enable_shared_from_this<Viewer::Convers
   void wake() { wake_.cancel(); }
 
   void dismiss() { start(close({websocket::close_code::going_away, "the server ends"})); }
+  void send_away() { start(close({websocket::close_code::service_restart, "this feed ended"})); }
 
  private:
   // A page hears no WebSocket pings; an idle server repeats itself well within the silence it
@@ -58,9 +59,9 @@ class Viewer::Conversation : public std::enable_shared_from_this<Viewer::Convers
     error_code ignored;
     stream.socket().set_option(tcp::no_delay(true), ignored);
     // What lies in the kernel cannot be superseded any more.
-    stream.socket().set_option(tcp::socket::send_buffer_size(feed_.client_bytes), ignored);
+    stream.socket().set_option(tcp::socket::send_buffer_size(feed_->shared.client_bytes), ignored);
     stream.rate_policy().limit(kInboundBytes);
-    socket_.set_option({feed_.timeouts.header, websocket::stream_base::none(), false});
+    socket_.set_option({feed_->shared.timeouts.header, websocket::stream_base::none(), false});
     socket_.read_message_max(kMessageBytes);
     socket_.auto_fragment(false);
     socket_.binary(true);
@@ -88,8 +89,9 @@ class Viewer::Conversation : public std::enable_shared_from_this<Viewer::Convers
         static_cast<const std::uint8_t*>(message.data().data()), message.size());
     const auto hello = wire::decode_hello(bytes);
     if (!hello || !socket_.got_binary()) co_return not_understood(bytes);
-    const bool resumes = hello->feed == feed_.id && hello->last_sequence <= feed_.records.newest();
-    backlog_.emplace(feed_.records, resumes ? hello->last_sequence : 0);
+    const bool resumes =
+        hello->feed == feed_->id && hello->last_sequence <= feed_->records.newest();
+    backlog_.emplace(feed_->records, resumes ? hello->last_sequence : 0);
     start(send_records());
 
     message.clear();
@@ -109,11 +111,11 @@ class Viewer::Conversation : public std::enable_shared_from_this<Viewer::Convers
   }
 
   asio::awaitable<void> send_records() {
-    co_await send(wire::encode(wire::Welcome{feed_.id, feed_.records.newest()}));
+    co_await send(wire::encode(wire::Welcome{feed_->id, feed_->records.newest()}));
     while (!gone_) {
       if (const SharedBytes record = backlog_->next()) {
         co_await send(*record);
-        ++feed_.tally.sent;
+        ++feed_->shared.tally.sent;
       } else {
         error_code woken;
         wake_.expires_after(kBeat);
@@ -139,8 +141,9 @@ class Viewer::Conversation : public std::enable_shared_from_this<Viewer::Convers
   }
 
   asio::awaitable<void> watch() {
-    const auto period =
-        std::min({feed_.timeouts.header, feed_.timeouts.idle, feed_.timeouts.stall}) / 4;
+    const auto period = std::min({feed_->shared.timeouts.header, feed_->shared.timeouts.idle,
+                                  feed_->shared.timeouts.stall}) /
+                        4;
     while (!gone_ && !dismissed_) {
       error_code ignored;
       tick_.expires_after(period);
@@ -152,12 +155,12 @@ class Viewer::Conversation : public std::enable_shared_from_this<Viewer::Convers
   void look() {
     InboundBudget& budget = beast::get_lowest_layer(socket_).rate_policy();
     if (overdue()) {
-      ++feed_.tally.timed_out;
+      ++feed_->shared.tally.timed_out;
       abort();
     } else if (budget.exceeded()) {
-      ++feed_.tally.refused;
+      ++feed_->shared.tally.refused;
       start(close({websocket::close_code::policy_error, "too much is said"}));
-    } else if (!pinged_ && Clock::now() - heard_ > feed_.timeouts.idle / 2) {
+    } else if (!pinged_ && Clock::now() - heard_ > feed_->shared.timeouts.idle / 2) {
       pinged_ = true;
       start(ping());
     }
@@ -166,10 +169,11 @@ class Viewer::Conversation : public std::enable_shared_from_this<Viewer::Convers
 
   bool overdue() const {
     const auto now = Clock::now();
-    if (!backlog_ && now - joined_ > feed_.timeouts.header) return true;
-    if (writing_ && now - progressed_ > feed_.timeouts.stall) return true;
+    if (!backlog_ && now - joined_ > feed_->shared.timeouts.header) return true;
+    if (writing_ && now - progressed_ > feed_->shared.timeouts.stall) return true;
     // A pong comes behind what is still under way to a slow viewer.
-    return pinged_ && now - heard_ > (writing_ ? feed_.timeouts.stall : feed_.timeouts.idle);
+    return pinged_ &&
+           now - heard_ > (writing_ ? feed_->shared.timeouts.stall : feed_->shared.timeouts.idle);
   }
 
   asio::awaitable<void> ping() {
@@ -199,7 +203,7 @@ class Viewer::Conversation : public std::enable_shared_from_this<Viewer::Convers
     end();
   }
 
-  Feed& feed_;
+  const std::shared_ptr<Feed::Core> feed_;
   websocket::stream<Stream> socket_;
   asio::steady_timer wake_, tick_;
   std::optional<Backlog> backlog_;  ///< once it said hello
@@ -208,12 +212,13 @@ class Viewer::Conversation : public std::enable_shared_from_this<Viewer::Convers
   bool writing_ = false, pinged_ = false, dismissed_ = false, gone_ = false;
 };
 
-Viewer::Viewer(Stream stream, Feed& feed)
-    : conversation_(std::make_shared<Conversation>(std::move(stream), feed)) {}
+Viewer::Viewer(Stream stream, std::shared_ptr<Feed::Core> feed)
+    : conversation_(std::make_shared<Conversation>(std::move(stream), std::move(feed))) {}
 asio::awaitable<void> Viewer::converse(const HttpRequest& request) {
   return conversation_->converse(request);
 }
 void Viewer::wake() { conversation_->wake(); }
 void Viewer::dismiss() { conversation_->dismiss(); }
+void Viewer::send_away() { conversation_->send_away(); }
 
 }  // namespace nadir::serve

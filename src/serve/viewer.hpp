@@ -5,15 +5,14 @@
 
 #include <memory>
 
-#include "feed.hpp"
+#include "feed_core.hpp"
 #include "stream.hpp"
 
 namespace nadir::serve {
 
 class Viewer {
  public:
-  /// The feed outlives it.
-  Viewer(Stream stream, Feed& feed);
+  Viewer(Stream stream, std::shared_ptr<Feed::Core> feed);
 
   /// The whole conversation; this lives until its end.
   asio::awaitable<void> converse(const HttpRequest& request);
@@ -21,6 +20,8 @@ class Viewer {
   void wake();
   /// The server ends.
   void dismiss();
+  /// The feed ends; another may have its place.
+  void send_away();
 
  private:
   class Conversation;

@@ -5,14 +5,16 @@
 #include <fcntl.h>
 #include <pthread.h>
 
+#include <algorithm>
+#include <mutex>
 #include <random>
-#include <set>
 #include <thread>
 
 #include <boost/asio/io_context.hpp>
 #include <boost/asio/ip/v6_only.hpp>
 #include <boost/asio/post.hpp>
 
+#include "feed_core.hpp"
 #include "front.hpp"
 #include "nadir/core/check.hpp"
 #include "viewer.hpp"
@@ -26,24 +28,22 @@ constexpr std::chrono::seconds kListenPause{1};
 
 using Viewers = std::set<std::shared_ptr<Viewer>>;
 
-/// A viewer among the others while it lives.
+/// A viewer among those of its feed while it lives.
 class Seat {
  public:
-  Seat(Viewers& viewers, std::shared_ptr<Viewer> viewer, Count& count)
-      : viewers_(viewers), seat_(viewers.insert(std::move(viewer)).first), count_(count) {
-    count_ = viewers_.size();
-  }
+  Seat(std::shared_ptr<Feed::Core> feed, std::shared_ptr<Viewer> viewer)
+      : feed_(std::move(feed)),
+        seat_(feed_->viewers.insert(std::move(viewer)).first),
+        of_server_(feed_->shared.tally.clients),
+        of_feed_(feed_->viewer_count) {}
   Seat(const Seat&) = delete;
   Seat& operator=(const Seat&) = delete;
-  ~Seat() {
-    viewers_.erase(seat_);
-    count_ = viewers_.size();
-  }
+  ~Seat() { feed_->viewers.erase(seat_); }
 
  private:
-  Viewers& viewers_;
-  const Viewers::iterator seat_;
-  Count& count_;
+  const std::shared_ptr<Feed::Core> feed_;
+  const std::set<std::shared_ptr<Viewer>>::iterator seat_;
+  const Counted of_server_, of_feed_;
 };
 
 Clock::duration from_seconds(double s) {
@@ -74,15 +74,20 @@ void Config::check() const {
   }
 }
 
-class WebServer::Reactor {
+/// Feeds know it by a weak pointer, as they may outlive it.
+class WebServer::Reactor : public std::enable_shared_from_this<Reactor> {
  public:
-  Reactor(Config config, std::vector<Asset> assets, std::optional<int> listening, Listen when,
-          Handler handler);
+  Reactor(Config config, std::vector<Asset> assets, Handlers handlers);
   ~Reactor() { stop(); }
+
+  /// Once it is held by a shared pointer.
+  void start(std::optional<int> listening, Listen when);
 
   std::uint16_t port() const { return port_; }
   const std::string& listen_fault() const { return listen_fault_; }
-  void publish(Lane lane, std::uint64_t key, wire::Bytes record);
+  std::shared_ptr<Feed> feed() const;
+  std::shared_ptr<Feed> begin_feed();
+  std::shared_ptr<Feed> make_feed(std::size_t retained_bytes);
   Stats stats() const;
   void stop();
 
@@ -93,13 +98,16 @@ class WebServer::Reactor {
   asio::awaitable<void> accept();
   asio::awaitable<void> answer(Stream stream);
   asio::awaitable<void> view(Stream& stream, const HttpRequest& request);
+  asio::awaitable<std::shared_ptr<Feed::Core>> feed_for(Stream& stream, const HttpRequest& request);
   asio::awaitable<void> leave();
 
   const Config config_;
-  Feed feed_;
+  Shared shared_;
   Front front_;
   std::atomic<bool> stopped_ = false;
-  Viewers viewers_;
+  mutable std::mutex mutex_;
+  std::shared_ptr<Feed> feed_;                   ///< current; under the mutex
+  std::vector<std::weak_ptr<Feed::Core>> made_;  ///< under the mutex
   asio::io_context io_{1};  // its end destroys the coroutines, which refer to all above
   tcp::acceptor acceptor_{io_};
   asio::steady_timer farewell_{io_};
@@ -108,16 +116,16 @@ class WebServer::Reactor {
   std::jthread thread_;
 };
 
-WebServer::Reactor::Reactor(Config config, std::vector<Asset> assets, std::optional<int> listening,
-                            Listen when, Handler handler)
+WebServer::Reactor::Reactor(Config config, std::vector<Asset> assets, Handlers handlers)
     : config_((config.check(), std::move(config))),
-      feed_{random_id(),
-            RetainedRecords(config_.retained_bytes),
-            {from_seconds(config_.header_timeout), from_seconds(config_.idle_timeout),
-             from_seconds(config_.stall_timeout)},
-            static_cast<int>(config_.client_bytes),
-            {}},
-      front_(config_, feed_, std::move(assets), std::move(handler)) {
+      shared_{{from_seconds(config_.header_timeout), from_seconds(config_.idle_timeout),
+               from_seconds(config_.stall_timeout)},
+              static_cast<int>(config_.client_bytes),
+              {}},
+      front_(config_, shared_, std::move(assets), std::move(handlers)) {}
+
+void WebServer::Reactor::start(std::optional<int> listening, Listen when) {
+  begin_feed();
   if (listening) {
     take_over(*listening);
   } else if (const error_code error = listen()) {
@@ -186,18 +194,33 @@ void WebServer::Reactor::take_over(int listening) {
   port_ = acceptor_.local_endpoint().port();
 }
 
-void WebServer::Reactor::publish(Lane lane, std::uint64_t key, wire::Bytes record) {
-  if (stopped_) return;
-  asio::post(io_, [this, lane, key, record = std::move(record)]() mutable {
-    feed_.records.put(lane, key, std::move(record));
-    feed_.tally.retained_bytes = feed_.records.bytes();
-    feed_.tally.evicted = feed_.records.evicted();
-    for (const auto& viewer : viewers_) viewer->wake();
-  });
+std::shared_ptr<Feed> WebServer::Reactor::feed() const {
+  const std::scoped_lock lock(mutex_);
+  return feed_;
+}
+
+std::shared_ptr<Feed> WebServer::Reactor::begin_feed() {
+  const auto next = make_feed(config_.retained_bytes);
+  const std::scoped_lock lock(mutex_);
+  const auto before = std::exchange(feed_, next);
+  if (before) asio::post(io_, [core = before->core_] { core->end(); });
+  return next;
+}
+
+std::shared_ptr<Feed> WebServer::Reactor::make_feed(std::size_t retained_bytes) {
+  const auto post = [self = weak_from_this()](std::function<void()> work) {
+    const auto reactor = self.lock();
+    if (reactor && !reactor->stopped_) asio::post(reactor->io_, std::move(work));
+  };
+  const auto core = std::make_shared<Feed::Core>(random_id(), retained_bytes, shared_, post);
+  const std::scoped_lock lock(mutex_);
+  std::erase_if(made_, [](const auto& other) { return other.expired(); });
+  made_.push_back(core);
+  return std::make_shared<Feed>(core);
 }
 
 WebServer::Stats WebServer::Reactor::stats() const {
-  const Tally& tally = feed_.tally;
+  const Tally& tally = shared_.tally;
   return {tally.clients, tally.retained_bytes, tally.evicted,
           tally.sent,    tally.refused,        tally.timed_out};
 }
@@ -205,16 +228,22 @@ WebServer::Stats WebServer::Reactor::stats() const {
 void WebServer::Reactor::stop() {
   if (stopped_.exchange(true)) return;
   asio::post(io_, [this] { spawn(io_, leave()); });
-  thread_.join();
+  if (thread_.joinable()) thread_.join();
   front_.stop();
 }
 
 asio::awaitable<void> WebServer::Reactor::leave() {
   error_code ignored;
   acceptor_.close(ignored);
-  for (const auto& viewer : viewers_) viewer->dismiss();
+  {
+    const std::scoped_lock lock(mutex_);
+    for (const auto& made : made_) {
+      const auto core = made.lock();
+      for (const auto& viewer : core ? core->viewers : Viewers()) viewer->dismiss();
+    }
+  }
   farewell_.expires_after(kFarewell);
-  if (!viewers_.empty()) co_await farewell_.async_wait(noting(ignored));
+  if (shared_.tally.clients > 0) co_await farewell_.async_wait(noting(ignored));
   io_.stop();
 }
 
@@ -226,46 +255,64 @@ asio::awaitable<void> WebServer::Reactor::accept() {
     if (error) {
       asio::steady_timer pause(io_, kAcceptPause);
       co_await pause.async_wait(noting(error));
-    } else if (feed_.tally.connections < most) {
+    } else if (shared_.tally.connections < most) {
       spawn(io_, answer(Stream(std::move(socket))));
     } else {
-      ++feed_.tally.refused;
+      ++shared_.tally.refused;
     }
   }
 }
 
 asio::awaitable<void> WebServer::Reactor::answer(Stream stream) {
-  const Counted counted(feed_.tally.connections);
+  const Counted counted(shared_.tally.connections);
   ::fcntl(stream.socket().native_handle(), F_SETFD, FD_CLOEXEC);
   const std::optional<HttpRequest> for_feed = co_await front_.answer(stream);
   if (!for_feed) co_return;
-  if (viewers_.size() < config_.max_clients) {
+  if (shared_.tally.clients < config_.max_clients) {
     co_await view(stream, *for_feed);
   } else {
     co_await front_.refuse(stream, {503, "as many viewers as this device serves are watching"});
   }
 }
 
+asio::awaitable<std::shared_ptr<Feed::Core>> WebServer::Reactor::feed_for(
+    Stream& stream, const HttpRequest& request) {
+  const std::string_view target(request.target().data(), request.target().size());
+  const std::size_t mark = target.find('?');
+  if (mark == std::string_view::npos) co_return feed()->core_;
+  std::string query(target.substr(mark + 1));
+  const std::shared_ptr<Feed> found = co_await front_.find_feed(stream, std::move(query));
+  co_return found ? found->core_ : nullptr;
+}
+
 asio::awaitable<void> WebServer::Reactor::view(Stream& stream, const HttpRequest& request) {
   stream.expires_never();
+  const std::shared_ptr<Feed::Core> feed = co_await feed_for(stream, request);
+  if (!feed || feed->has_ended) {
+    co_await front_.refuse(stream, {404, "there is no such feed"});
+    co_return;
+  }
   {
-    const auto viewer = std::make_shared<Viewer>(std::move(stream), feed_);
-    const Seat seat(viewers_, viewer, feed_.tally.clients);
+    const auto viewer = std::make_shared<Viewer>(std::move(stream), feed);
+    const Seat seat(feed, viewer);
     co_await viewer->converse(request);
   }
-  if (viewers_.empty()) farewell_.cancel();
+  if (shared_.tally.clients == 0) farewell_.cancel();
 }
 
 WebServer::WebServer(Config config, std::vector<Asset> assets, std::optional<int> listening,
-                     Listen listen, Handler handler)
-    : reactor_(std::make_unique<Reactor>(std::move(config), std::move(assets), listening, listen,
-                                         std::move(handler))) {}
-WebServer::~WebServer() = default;
+                     Listen listen, Handlers handlers)
+    : reactor_(
+          std::make_shared<Reactor>(std::move(config), std::move(assets), std::move(handlers))) {
+  reactor_->start(listening, listen);
+}
+WebServer::~WebServer() { reactor_->stop(); }
 std::uint16_t WebServer::port() const { return reactor_->port(); }
 const std::string& WebServer::listen_fault() const { return reactor_->listen_fault(); }
-void WebServer::publish(Lane lane, std::uint64_t key, wire::Bytes record) {
-  NADIR_CHECK(record.size() >= wire::kHeaderSize, record.size());
-  reactor_->publish(lane, key, std::move(record));
+std::shared_ptr<Feed> WebServer::feed() const { return reactor_->feed(); }
+std::shared_ptr<Feed> WebServer::begin_feed() { return reactor_->begin_feed(); }
+std::shared_ptr<Feed> WebServer::make_feed(std::size_t retained_bytes) const {
+  return reactor_->make_feed(retained_bytes);
 }
 WebServer::Stats WebServer::stats() const { return reactor_->stats(); }
 void WebServer::stop() { reactor_->stop(); }

@@ -65,7 +65,7 @@ class BeginningTest : public testing::Test {
   ServiceManager manager;
   Heartbeat heart{manager};
   serve::WebServer server{config.serve, {}};
-  Publisher page{server, "live", 0};
+  Publisher page{server.feed(), "live", 0};
   LiveCheck check{config};
   std::stop_source stop;
   Beginning beginning{config, manager, heart, page, check, stop.get_token()};

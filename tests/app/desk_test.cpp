@@ -239,8 +239,8 @@ TEST_F(AtTheDesk, CommandsReachWhoWaitsForThem) {
 TEST_F(AtTheDesk, PagesSeeWhereTheRecordingStandsAndWhoControls) {
   serve::Config config;
   config.port = 0;
-  serve::WebServer server(config, {}, {}, serve::Listen::at_once, desk.handler());
-  Publisher page(server, "live", 0, {}, &desk.live());
+  serve::WebServer server(config, {}, {}, serve::Listen::at_once, desk.handlers());
+  Publisher page(server.feed(), "live", 0, {}, &desk.live());
   serve::RawClient viewer(server.port());
   viewer.join();
   begin_dive();

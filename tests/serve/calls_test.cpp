@@ -94,8 +94,9 @@ class Calls : public testing::Test {
   std::vector<Call> calls;
   std::atomic<bool> waiting = false;
   std::latch go_on{1};
-  WebServer server{
-      quick(), {}, {}, Listen::at_once, [this](const Call& call) { return answer(call); }};
+  WebServer server{quick(), {}, {}, Listen::at_once, {.call = [this](const Call& call) {
+                     return answer(call);
+                   }}};
 };
 
 TEST_F(Calls, AreHandedOnWithAllThatMatters) {
@@ -207,7 +208,7 @@ TEST_F(Calls, HoldUpNothingOfTheFeed) {
   await_worker();
   constexpr std::uint32_t kRecords = 100;
   for (std::uint32_t i = 0; i < kRecords; ++i) {
-    server.publish(Lane::state, i, wire::begin_record(kType));
+    server.feed()->publish(Lane::state, i, wire::begin_record(kType));
     const auto message = viewer.until(kType);
     ASSERT_FALSE(message.empty());
     ASSERT_EQ(message.back().type(), kType) << i;
@@ -277,7 +278,7 @@ TEST_F(Calls, DownloadsTakeNothingOfTheFeed) {
   for (std::uint32_t i = 0; i < kRecords; ++i) {
     wire::Bytes record = wire::begin_record(kType);
     record.resize(40'000);
-    server.publish(Lane::data, i % 10, std::move(record));
+    server.feed()->publish(Lane::data, i % 10, std::move(record));
     for (const Message& message : viewer.until(wire::kCaughtUpType)) {
       received += message.type() == kType;
     }

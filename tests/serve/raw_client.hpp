@@ -90,8 +90,8 @@ class RawClient {
     return rest();
   }
 
-  std::string upgrade_request() const {
-    return "GET /feed HTTP/1.1\r\nHost: " + host() + "\r\nOrigin: http://" + host() +
+  std::string upgrade_request(const std::string& target = "/feed") const {
+    return "GET " + target + " HTTP/1.1\r\nHost: " + host() + "\r\nOrigin: http://" + host() +
            "\r\nUpgrade: websocket\r\nConnection: Upgrade\r\nSec-WebSocket-Version: 13\r\n"
            "Sec-WebSocket-Key: dGhlIHNhbXBsZSBub25jZQ==\r\n\r\n";
   }
@@ -106,8 +106,8 @@ class RawClient {
     input_.erase(0, end + 4);
     return header;
   }
-  std::string upgrade() {
-    send(upgrade_request());
+  std::string upgrade(const std::string& target = "/feed") {
+    send(upgrade_request(target));
     return header();
   }
 
@@ -131,8 +131,9 @@ class RawClient {
   }
 
   /// Upgraded, hello said, welcome received.
-  wire::Welcome join(std::uint64_t feed = 0, std::uint64_t last = 0) {
-    upgrade();
+  wire::Welcome join(std::uint64_t feed = 0, std::uint64_t last = 0,
+                     const std::string& target = "/feed") {
+    upgrade(target);
     send(hello_frame(feed, last));
     const auto message = next();
     return wire::decode_welcome(message ? message->bytes : wire::Bytes{}).value_or(wire::Welcome{});

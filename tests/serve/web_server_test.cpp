@@ -149,23 +149,23 @@ TEST_F(WebServerTest, DeclinesCompressionOfMessages) {
 }
 
 TEST_F(WebServerTest, WelcomesALateViewerWithAllThatIsRetained) {
-  server.publish(Lane::data, 1, record(10));
-  server.publish(Lane::state, 1, record(20));
-  server.publish(Lane::data, 2, record(30));
-  server.publish(Lane::data, 1, record(11));
+  server.feed()->publish(Lane::data, 1, record(10));
+  server.feed()->publish(Lane::state, 1, record(20));
+  server.feed()->publish(Lane::data, 2, record(30));
+  server.feed()->publish(Lane::data, 1, record(11));
   RawClient late = client();
   const wire::Welcome welcome = late.join();
   EXPECT_NE(welcome.feed, 0u);
   EXPECT_EQ(welcome.newest_sequence, 4u);
   EXPECT_THAT(contents(late), testing::ElementsAre(20, 11, 30));
-  server.publish(Lane::state, 1, record(21));
+  server.feed()->publish(Lane::state, 1, record(21));
   EXPECT_THAT(contents(late), testing::ElementsAre(21));
 }
 
 TEST_F(WebServerTest, ResumesWhereAViewerOfTheSameFeedWas) {
   RawClient first = client();
   const wire::Welcome welcome = first.join();
-  for (std::uint32_t i = 1; i <= 5; ++i) server.publish(Lane::data, i, record(i));
+  for (std::uint32_t i = 1; i <= 5; ++i) server.feed()->publish(Lane::data, i, record(i));
   while (server.stats().sent < 5) std::this_thread::sleep_for(1ms);
 
   RawClient again = client();
@@ -181,7 +181,7 @@ TEST_F(WebServerTest, ResumesWhereAViewerOfTheSameFeedWas) {
 
 TEST_F(WebServerTest, SendsARecordOfManyFramesWhole) {
   const wire::Bytes large = record(7, 3'000'001);
-  server.publish(Lane::data, 1, large);
+  server.feed()->publish(Lane::data, 1, large);
   RawClient viewer = client();
   viewer.join();
   const auto message = viewer.next();
@@ -297,7 +297,7 @@ TEST_F(WebServerTest, FreesThePlaceOfAViewerThatFellSilent) {
   while (std::chrono::steady_clock::now() < end) alive.next(50);  // answers pings
   EXPECT_EQ(server.stats().clients, 1u);
   EXPECT_EQ(server.stats().timed_out, 1u);
-  server.publish(Lane::state, 1, record(1));
+  server.feed()->publish(Lane::state, 1, record(1));
   EXPECT_THAT(contents(alive), testing::ElementsAre(1));
 }
 
@@ -314,7 +314,7 @@ TEST_F(WebServerTest, LetsNoStalledViewerDisturbAnother) {
   std::chrono::steady_clock::duration slowest{};
   for (std::uint32_t i = 1; i <= kRecords; ++i) {
     const auto start = std::chrono::steady_clock::now();
-    server.publish(Lane::data, i % 10, record(i, 40'000));
+    server.feed()->publish(Lane::data, i % 10, record(i, 40'000));
     for (const std::uint32_t c : contents(good)) received += c == i;
     slowest = std::max(slowest, std::chrono::steady_clock::now() - start);
   }
@@ -332,11 +332,11 @@ TEST_F(WebServerTest, GivesASlowViewerTheNewestAndLeavesItComplete) {
   RawClient slow(server.port(), 4096);
   slow.join();
   for (std::uint32_t i = 1; i <= 100; ++i) {
-    server.publish(Lane::data, i % 20, record(i, 20'000));
-    server.publish(Lane::live, 0, record(1000 + i, 20'000));
+    server.feed()->publish(Lane::data, i % 20, record(i, 20'000));
+    server.feed()->publish(Lane::live, 0, record(1000 + i, 20'000));
     std::this_thread::sleep_for(1ms);
   }
-  server.publish(Lane::state, 1, record(500));
+  server.feed()->publish(Lane::state, 1, record(500));
   std::map<std::uint32_t, std::uint32_t> newest;
   std::size_t received = 0;
   for (bool complete = false; !complete;) {
@@ -448,10 +448,56 @@ TEST(WebServer, SaysGoodbyeAndStopsWithViewersConnected) {
   const auto goodbye = polite.next();
   ASSERT_TRUE(goodbye);
   EXPECT_EQ(goodbye->close_code(), 1001u);
-  server->publish(Lane::state, 1, record(1));
+  const std::shared_ptr<Feed> feed = server->feed();
+  feed->publish(Lane::state, 1, record(1));
   server->stop();
   server.reset();
+  feed->publish(Lane::state, 1, record(1));
   EXPECT_TRUE(half.closed());
+}
+
+TEST_F(WebServerTest, BeginsAnotherFeedAndSendsItsViewersOver) {
+  const std::shared_ptr<Feed> first = server.feed();
+  first->publish(Lane::state, 1, record(1));
+  RawClient viewer = client();
+  viewer.join();
+  EXPECT_THAT(contents(viewer), testing::ElementsAre(1));
+  const auto second = server.begin_feed();
+  first->publish(Lane::state, 2, record(2));
+  second->publish(Lane::state, 1, record(11));
+  const auto goodbye = viewer.next();
+  ASSERT_TRUE(goodbye);
+  EXPECT_EQ(goodbye->close_code(), 1012u) << "come again";
+  EXPECT_TRUE(soon([&] { return first->viewers() == 0; }));
+  RawClient again = client();
+  again.join();
+  EXPECT_THAT(contents(again), testing::ElementsAre(11));
+  EXPECT_EQ(second->viewers(), 1u);
+  EXPECT_EQ(server.stats().retained_bytes, wire::kHeaderSize + 8) << "of the first nothing is kept";
+}
+
+TEST(WebServer, GivesTheFeedThatAQueryNamesWhileItIsHeld) {
+  std::shared_ptr<Feed> recorded;
+  WebServer server(quick(), {}, {}, Listen::at_once, {.feed = [&](const std::string& query) {
+                     return query == "dive=7" ? recorded : nullptr;
+                   }});
+  recorded = server.make_feed(1 << 20);
+  recorded->publish(Lane::data, 1, record(7));
+  server.feed()->publish(Lane::data, 1, record(1));
+  RawClient live(server.port()), of_the_dive(server.port());
+  live.join();
+  of_the_dive.join(0, 0, "/feed?dive=7");
+  EXPECT_THAT(contents(live), testing::ElementsAre(1));
+  EXPECT_THAT(contents(of_the_dive), testing::ElementsAre(7));
+  EXPECT_EQ(recorded->viewers(), 1u);
+  EXPECT_EQ(server.stats().clients, 2u);
+  EXPECT_THAT(RawClient(server.port()).upgrade("/feed?dive=8"), StartsWith("HTTP/1.1 404 "));
+  recorded.reset();
+  const auto goodbye = of_the_dive.next();
+  ASSERT_TRUE(goodbye);
+  EXPECT_EQ(goodbye->close_code(), 1012u);
+  server.feed()->publish(Lane::data, 1, record(2));
+  EXPECT_THAT(contents(live), testing::ElementsAre(2)) << "goes on";
 }
 
 TEST(WebServer, StopsWhilePublishing) {
@@ -459,7 +505,8 @@ TEST(WebServer, StopsWhilePublishing) {
   RawClient viewer(server.port());
   viewer.join();
   std::thread publisher([&] {
-    for (std::uint32_t i = 0; i < 2000; ++i) server.publish(Lane::data, i % 50, record(i, 1000));
+    for (std::uint32_t i = 0; i < 2000; ++i)
+      server.feed()->publish(Lane::data, i % 50, record(i, 1000));
   });
   std::this_thread::sleep_for(2ms);
   server.stop();

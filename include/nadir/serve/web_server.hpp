@@ -7,6 +7,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <functional>
 #include <memory>
 #include <optional>
 #include <span>
@@ -15,6 +16,7 @@
 #include <vector>
 
 #include "nadir/serve/call.hpp"
+#include "nadir/serve/feed.hpp"
 #include "nadir/wire/envelope.hpp"
 
 namespace nadir::serve {
@@ -46,12 +48,15 @@ struct Asset {
   std::span<const std::uint8_t> gzip;  ///< outlives the server
 };
 
-/// How a record travels. In each lane a record takes the place of an older one of its key, also in
-/// what a slow or late viewer has still to be sent.
-enum class Lane {
-  state,  ///< alerts, state, counts: in order, before all else, never let go of before data
-  data,   ///< clouds, tiles: newest first
-  live,   ///< the current image: not part of what a viewer must have to be complete
+/// The feed that a query names ("dive=ID" of /feed?dive=ID), kept by who finds it; null: there is
+/// none. Called as Handler is.
+using FindFeed = std::function<std::shared_ptr<Feed>(const std::string& query)>;
+
+/// What the program does for pages. Without the first there are no calls, without the second only
+/// the current feed.
+struct Handlers {
+  Handler call{};
+  FindFeed feed{};
 };
 
 enum class Listen {
@@ -64,9 +69,8 @@ class WebServer {
   /// Throws InputError when it cannot listen, with the address and the remedy.
   /// listening: a TCP socket that does already, of systemd; instead of address and port. Owned from
   /// then on.
-  /// handler: of calls; without one there are none.
   WebServer(Config config, std::vector<Asset> assets, std::optional<int> listening = {},
-            Listen listen = Listen::at_once, Handler handler = {});
+            Listen listen = Listen::at_once, Handlers handlers = {});
   ~WebServer();
 
   /// 0 while it does not listen yet.
@@ -74,9 +78,13 @@ class WebServer {
   /// Why it did not at once; empty when it did.
   const std::string& listen_fault() const;
 
-  /// Gives the record its sequence and sends it to every viewer, now and later. Does not wait for
-  /// any of them. Any thread; those of one thread in their order.
-  void publish(Lane lane, std::uint64_t key, wire::Bytes record);
+  /// What viewers of kFeedPath are sent; there is one from the beginning. Any thread.
+  std::shared_ptr<Feed> feed() const;
+  /// An empty one in its place. The one before ends: its viewers come over by themselves, and what
+  /// is still published to it goes nowhere.
+  std::shared_ptr<Feed> begin_feed();
+  /// One for FindFeed to find.
+  std::shared_ptr<Feed> make_feed(std::size_t retained_bytes) const;
 
   struct Stats {
     std::uint64_t clients = 0;         ///< viewers connected
@@ -90,12 +98,11 @@ class WebServer {
   Stats stats() const;
 
   /// Says goodbye to the viewers and ends, within a second and what the call at work still takes.
-  /// Publishing after it does nothing.
   void stop();
 
  private:
   class Reactor;
-  std::unique_ptr<Reactor> reactor_;
+  std::shared_ptr<Reactor> reactor_;
 };
 
 }  // namespace nadir::serve

@@ -7,8 +7,6 @@
 #include <chrono>
 #include <cstdint>
 
-#include "retained_records.hpp"
-
 namespace nadir::serve {
 
 /// One thread changes it, any reads it.
@@ -23,7 +21,7 @@ struct Counted {
   Count& count;
 };
 
-/// What the server counts.
+/// What the server counts, over all its feeds.
 struct Tally {
   Count connections = 0, clients = 0, sent = 0, refused = 0, timed_out = 0;
   Count retained_bytes = 0, evicted = 0;
@@ -33,9 +31,7 @@ struct Timeouts {
   std::chrono::steady_clock::duration header, idle, stall;
 };
 
-struct Feed {
-  std::uint64_t id = 0;  ///< names this run of the server
-  RetainedRecords records;
+struct Shared {
   Timeouts timeouts;
   int client_bytes;
   Tally tally;
