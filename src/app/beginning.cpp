@@ -40,9 +40,21 @@ std::string of_any_dive(std::string fault, const std::filesystem::path& folder) 
 
 }  // namespace
 
+void Beginning::show_on(Publisher& page) {
+  page_ = &page;
+  for (const Alert& alert : alerts_) page_->publish(alert);
+}
+
+// False when told to stop or to shut down.
+bool Beginning::goes_on() {
+  if (manager_.can_power_off()) commands_.accept({PageCommand::shut_down});
+  command_ = commands_.take(stop_, 0s);
+  return !command_ && !stop_.stop_requested();
+}
+
 void Beginning::tell(const Alert& alert) {
   print(alert, stderr);
-  page_.publish(alert);
+  page_->publish(alert);
   constexpr std::size_t kMost = 1000;
   if (alerts_.size() < kMost) alerts_.push_back(alert);
 }
@@ -53,12 +65,10 @@ void Beginning::tell_once(AlertKind kind, const std::string& fault) {
         "mapping begins by itself as soon as that is mended"});
 }
 
-void Beginning::show_waiting(const std::string& item, const std::string& fault,
-                             const std::string& remedy) {
+void Beginning::show_waiting(const Finding& missing) {
   const Load load = board_load("/sys", config_.record.dives);
-  const Finding missing{Verdict::bad, item, fault, remedy};
   if (const auto found = check_.waiting(LiveCheck::Clock::now(), load, missing))
-    page_.publish(*found);
+    page_->publish(*found);
 }
 
 std::unique_ptr<capture::CameraSource> Beginning::open_cameras() {
@@ -68,24 +78,27 @@ std::unique_ptr<capture::CameraSource> Beginning::open_cameras() {
       return std::make_unique<capture::CameraSource>(config_.capture, keep);
     } catch (const InputError& error) {
       tell_once(AlertKind::calibration_suspect, error.what());
-      show_waiting("calibration", error.what(), "correct capture.calibration or its file");
+      show_waiting(
+          {Verdict::bad, "calibration", error.what(), "correct capture.calibration or its file"});
       manager_.status("waiting for the camera's calibration");
     }
-  } while (heart_.pause(stop_));
+  } while (heart_.pause(stop_) && goes_on());
   return nullptr;
 }
 
 std::optional<Shot> Beginning::first_image(capture::CameraSource& cameras) {
   manager_.status("waiting for the camera");
   Alert fault{0, std::nullopt, AlertKind::camera_lost, "has given no image yet", "none needed"};
-  while (auto captured = cameras.next(stop_)) {
+  while (goes_on()) {
+    auto captured = cameras.next(stop_);
+    if (!captured) break;
     heart_.beat();
     for (const Alert& alert : captured->alerts) {
       tell(alert);
       fault = alert;
     }
     if (captured->shot) return captured->shot;
-    show_waiting("camera", fault.message, fault.remedy);
+    show_waiting({Verdict::bad, "camera", fault.message, fault.remedy});
   }
   return std::nullopt;
 }
@@ -115,19 +128,34 @@ std::unique_ptr<record::Dive> Beginning::begin_dive(const Config& mapping,
       auto dive = std::make_unique<record::Dive>(folder, info_of(mapping), mapping.record, disk);
       folder_ = folder;
       std::fprintf(stderr, "the dive: %s\n", folder.c_str());
-      dive->add(alerts_);
+      dive->add(std::exchange(alerts_, {}));
+      fault_.clear();
       return dive;
     } catch (const InputError& error) {
       const std::string fault = of_any_dive(error.what(), folder);
       tell_once(AlertKind::storage, fault);
-      show_waiting("disk", fault, "check the disk, its mount and record.dives");
+      show_waiting({Verdict::bad, "disk", fault, "check the disk, its mount and record.dives"});
       manager_.status("waiting for the disk");
     }
     // What the cameras see meanwhile is not kept.
     const auto captured = cameras.next(stop_);
     for (const Alert& alert : captured ? captured->alerts : std::vector<Alert>()) tell(alert);
-  } while (heart_.pause(stop_));
+  } while (heart_.pause(stop_) && goes_on());
   return nullptr;
+}
+
+std::optional<PageCommand> Beginning::wait_for_command(capture::CameraSource& cameras) {
+  manager_.status("waiting for a dive to be begun");
+  while (const auto captured = cameras.next(stop_)) {  // what they see is not kept
+    heart_.beat();
+    std::set<PageCommand> accepted{PageCommand::begin_dive};
+    if (manager_.can_power_off()) accepted.insert(PageCommand::shut_down);
+    commands_.accept(std::move(accepted));
+    if (const auto command = commands_.take(stop_, 0s)) return command;
+    for (const Alert& alert : captured->alerts) tell(alert);
+    show_waiting({Verdict::absent, "dive", "none is being recorded", "begin one: Menu, Dive"});
+  }
+  return std::nullopt;
 }
 
 }  // namespace nadir::app

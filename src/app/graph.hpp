@@ -91,6 +91,9 @@ class Graph {
   /// Gives up what it says, until told otherwise, and tells the diver. By one thread.
   void economise(Economy economy, const std::string& reason, Time now);
 
+  /// From the next image on; with given poses nothing. Any thread.
+  void begin_submap() { submap_wanted_ = true; }
+
   /// The newest image and what odometry made of it; null before. Any thread.
   std::shared_ptr<const Orientation> newest() const { return newest_; }
   /// What was found of the equipment, for the page. By one thread.
@@ -163,6 +166,7 @@ class Graph {
   static constexpr Time kUnknown = std::numeric_limits<Time>::min();
   std::atomic<Time> utc_offset_ = kUnknown;  ///< as sensors told it, of now
   std::stop_source stop_;
+  std::atomic<bool> submap_wanted_ = false;
   std::atomic<bool> started_ = false;  ///< every stage exists
   std::atomic<Shared<Orientation>> newest_;
 

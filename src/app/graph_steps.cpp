@@ -101,6 +101,10 @@ Graph::Shared<Shot> Graph::with_sensors(Shared<Shot> shot) {
 }
 
 void Graph::orient(Shared<Shot> shot) {
+  if (auto* own = std::get_if<odometry::VisualOdometry>(&odometry_);
+      own && submap_wanted_.exchange(false)) {
+    own->begin_submap();
+  }
   shot = survey_.mark(with_sensors(std::move(shot)));
   pass_on(std::visit([&](auto& engine) { return engine.process(std::move(shot)); }, odometry_));
 }

@@ -19,6 +19,15 @@ void LiveDive::tell_now() {
   if (tell_) tell_(recording_);
 }
 
+void LiveDive::prepare() {
+  const std::scoped_lock lock(mutex_);
+  recording_.phase = wire::Phase::waiting;
+  recording_.saved = 0;
+  recording_.began = 0;
+  recording_.name.clear();
+  tell_now();
+}
+
 void LiveDive::begin(const std::filesystem::path& folder) {
   const std::scoped_lock lock(mutex_);
   folder_ = std::filesystem::absolute(folder).lexically_normal();

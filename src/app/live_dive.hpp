@@ -24,6 +24,8 @@ class LiveDive {
   using Tell = std::function<void(const wire::Recording&)>;
   void tell(Tell tell);
 
+  /// Another dive will begin: what the last one was is of no interest any more.
+  void prepare();
   /// A dive begins, by the survey's clock with its first image.
   void begin(const std::filesystem::path& folder);
   /// Images saved so far, of which this is the newest; paused: the disk takes none.

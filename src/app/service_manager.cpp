@@ -5,6 +5,8 @@
 #include <systemd/sd-daemon.h>
 
 #include <cstdlib>
+#include <fstream>
+#include <system_error>
 #include <utility>
 
 namespace nadir::app {
@@ -12,7 +14,18 @@ namespace nadir::app {
 ServiceManager::ServiceManager() {
   constexpr int kNotForChildren = 1;
   is_there_ = std::getenv("NOTIFY_SOCKET") != nullptr;
+  if (const char* const own = std::getenv("RUNTIME_DIRECTORY"))
+    power_off_request_ = std::filesystem::path(own) / "power-off";
   if (sd_listen_fds(kNotForChildren) >= 1) socket_ = SD_LISTEN_FDS_START;
+}
+
+bool ServiceManager::power_off() const {
+  return power_off_request_ && std::ofstream(*power_off_request_).is_open();
+}
+
+void ServiceManager::stay_on() const {
+  std::error_code ignored;
+  if (power_off_request_) std::filesystem::remove(*power_off_request_, ignored);
 }
 
 void ServiceManager::ready() { sd_notify(0, "READY=1"); }

@@ -4,6 +4,7 @@
 // nothing is told.
 #pragma once
 
+#include <filesystem>
 #include <optional>
 #include <string>
 
@@ -19,6 +20,13 @@ class ServiceManager {
   /// The socket that nadir.socket listens on.
   std::optional<int> socket() const { return socket_; }
 
+  /// Whether the board can be asked to power itself off: systemd's nadir-poweroff.path waits for
+  /// it.
+  bool can_power_off() const { return power_off_request_.has_value(); }
+  /// False when it could not even be asked. The request stands until taken back.
+  bool power_off() const;
+  void stay_on() const;
+
   void ready();
   /// What `systemctl status` shows; told only when it has changed.
   void status(const std::string& text);
@@ -31,6 +39,7 @@ class ServiceManager {
  private:
   bool is_there_ = false;
   std::optional<int> socket_;
+  std::optional<std::filesystem::path> power_off_request_;
   std::string status_;
 };
 

@@ -152,6 +152,11 @@ CameraSource::~CameraSource() = default;
 std::shared_ptr<const CameraRig> CameraSource::rig() const { return state_->rig; }
 const std::optional<calibration::Lasers>& CameraSource::lasers() const { return state_->lasers; }
 
+void CameraSource::count_anew() {
+  state_->next_image = 0;
+  state_->lost = 0;
+}
+
 void CameraSource::note_speed(double px_a_second) { state_->speed_px = px_a_second; }
 
 std::optional<double> CameraSource::exposure_ms() const {

@@ -86,6 +86,7 @@ struct VisualOdometry::State {
   bool told_no_map = false;
 
   void process(const std::shared_ptr<const View>& view, Orientation& out);
+  void begin_submap();
   void follow(const std::shared_ptr<const View>& view, Orientation& out);
   void lose(const std::shared_ptr<const View>& view, LossReason reason, Orientation& out);
   void recover(const std::shared_ptr<const View>& view, Orientation& out);
@@ -116,6 +117,12 @@ void VisualOdometry::State::process(const std::shared_ptr<const View>& view, Ori
     case TrackingState::lost:
       return recover(view, out);
   }
+}
+
+// As at the beginning of a dive: images gather, and none is looked for in the map there is.
+void VisualOdometry::State::begin_submap() {
+  track.clear();
+  tracking = key_images.empty() ? TrackingState::waiting : TrackingState::initialising;
 }
 
 // A dive that begins without a map must not look like one that goes well.
@@ -399,6 +406,8 @@ Orientation VisualOdometry::process(std::shared_ptr<const Shot> shot) {
   out.submap = state_->map ? state_->map->submap : 0;
   return out;
 }
+
+void VisualOdometry::begin_submap() { state_->begin_submap(); }
 
 Orientation VisualOdometry::finish() {
   Orientation out;

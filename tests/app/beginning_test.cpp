@@ -68,7 +68,8 @@ class BeginningTest : public testing::Test {
   Publisher page{server.feed(), "live", 0};
   LiveCheck check{config};
   std::stop_source stop;
-  Beginning beginning{config, manager, heart, page, check, stop.get_token()};
+  Commands commands;
+  Beginning beginning{config, manager, heart, page, check, commands, stop.get_token()};
   capture::CameraSource cameras{config.capture};
 };
 
@@ -112,6 +113,39 @@ TEST_F(BeginningTest, TriesUntilTheDiskTakesTheDive) {
   const auto told = alerts.find("Read-only file system");
   ASSERT_NE(told, alerts.npos);
   EXPECT_EQ(alerts.find("Read-only file system", told + 1), alerts.npos) << "told once";
+}
+
+TEST_F(BeginningTest, WaitsForAPageToBeginAnotherDive) {
+  std::optional<PageCommand> given;
+  std::jthread waiting([&] { given = beginning.wait_for_command(cameras); });
+  const auto end = Heartbeat::Clock::now() + 10s;
+  EXPECT_FALSE(commands.give(PageCommand::end_dive)) << "there is none to end";
+  while (!commands.give(PageCommand::begin_dive) && Heartbeat::Clock::now() < end)
+    std::this_thread::sleep_for(10ms);
+  waiting.join();
+  EXPECT_EQ(given, PageCommand::begin_dive);
+
+  serve::WebServer other{config.serve, {}};
+  Publisher fresh{other.feed(), "live", 0};
+  beginning.show_on(fresh);
+  serve::RawClient viewer(other.port());
+  viewer.join();
+  std::vector<std::string> alerts;
+  for (const serve::Message& message : viewer.until(wire::kCaughtUpType)) {
+    if (const auto told = wire::decode_alert(message.bytes)) alerts.push_back(told->alert.message);
+  }
+  ASSERT_EQ(alerts.size(), 1u) << "what was told meanwhile";
+  EXPECT_THAT(alerts[0], HasSubstr("no-such-camera"));
+}
+
+TEST_F(BeginningTest, EndsItsWaitWhenToldTo) {
+  std::jthread stopping([&] {
+    std::this_thread::sleep_for(100ms);
+    stop.request_stop();
+  });
+  EXPECT_EQ(beginning.wait_for_command(cameras), std::nullopt);
+  EXPECT_FALSE(beginning.first_image(cameras));
+  EXPECT_EQ(beginning.command(), std::nullopt);
 }
 
 }  // namespace

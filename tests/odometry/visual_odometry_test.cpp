@@ -479,6 +479,25 @@ TEST(VisualOdometry, StartsASubmapAtTheImageThatJumped) {
   EXPECT_EQ(d.alert(AlertKind::submap_started)->image, 5U);
 }
 
+TEST(VisualOdometry, StartsASubmapWhenToldSo) {
+  VisualOdometry odometry({}, [](const Window&, const auto&) { return SubmapPlacement(); });
+  std::map<std::uint64_t, std::uint32_t> submaps;
+  std::vector<AlertKind> alerts;
+  const auto take = [&](const Orientation& out) {
+    for (const ImagePose& pose : out.poses) submaps[pose.image] = pose.submap;
+    for (const Alert& alert : out.alerts) alerts.push_back(alert.kind);
+  };
+  const auto shots = film(small_rig(), swimming_path(16, 0.15));
+  for (const auto& shot : shots) {
+    if (shot->image == 8) odometry.begin_submap();
+    take(odometry.process(shot));
+  }
+  take(odometry.finish());
+  EXPECT_EQ(submaps.size(), 16u) << "every image has its place";
+  for (const auto& [image, submap] : submaps) EXPECT_EQ(submap, image < 8 ? 0U : 1U) << image;
+  EXPECT_EQ(alerts, std::vector{AlertKind::submap_started}) << "nothing was lost";
+}
+
 // A print on a mat, a tile: it fills a third of the images after the jump, and what should be
 // around it is not.
 TEST(VisualOdometry, IsNotBackWhereTheSameThingLiesTwice) {

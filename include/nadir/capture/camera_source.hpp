@@ -29,6 +29,9 @@ class CameraSource {
   /// or damaged are counted in Shot::missed_before and told.
   std::optional<Captured> next(const std::stop_token& stop);
 
+  /// The next image is number 0: another dive's first.
+  void count_anew();
+
   /// At the processed scale; has a right camera only for a pair.
   std::shared_ptr<const CameraRig> rig() const;
   const std::optional<calibration::Lasers>& lasers() const;

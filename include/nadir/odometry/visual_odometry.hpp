@@ -61,6 +61,10 @@ class VisualOdometry {
   /// nothing. Every captured frame ends exactly once: in Orientation::poses or Orientation::lost.
   Orientation process(std::shared_ptr<const Shot> shot);
 
+  /// The next map is started anew, whatever the images show of the present one: for a diver who
+  /// doubts it.
+  void begin_submap();
+
   /// After the last shot: what was still waited for. Orientation::shot is null.
   Orientation finish();
 
