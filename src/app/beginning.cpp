@@ -146,11 +146,11 @@ std::unique_ptr<record::Dive> Beginning::begin_dive(const Config& mapping,
 
 std::optional<PageCommand> Beginning::wait_for_command(capture::CameraSource& cameras) {
   manager_.status("waiting for a dive to be begun");
+  std::set<PageCommand> accepted{PageCommand::begin_dive};
+  if (manager_.can_power_off()) accepted.insert(PageCommand::shut_down);
+  commands_.accept(std::move(accepted));
   while (const auto captured = cameras.next(stop_)) {  // what they see is not kept
     heart_.beat();
-    std::set<PageCommand> accepted{PageCommand::begin_dive};
-    if (manager_.can_power_off()) accepted.insert(PageCommand::shut_down);
-    commands_.accept(std::move(accepted));
     if (const auto command = commands_.take(stop_, 0s)) return command;
     for (const Alert& alert : captured->alerts) tell(alert);
     show_waiting({Verdict::absent, "dive", "none is being recorded", "begin one: Menu, Dive"});

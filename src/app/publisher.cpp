@@ -14,6 +14,7 @@ namespace {
 
 constexpr int kLiveWidth = 640;  // px; a tablet shows the live image in a corner
 constexpr int kLiveQuality = 75;
+constexpr int kThinLiveWidth = 320, kThinLiveQuality = 50;
 constexpr std::size_t kMostTiePoints = 1000;
 constexpr auto kLivePeriod = std::chrono::milliseconds(100);  // machine.md: image 10 Hz
 constexpr auto kSlowLivePeriod = std::chrono::milliseconds(500);
@@ -57,6 +58,14 @@ TiePointPlaces tie_points_in(const Orientation& orientation, const Window& windo
     if (places.size() == kMostTiePoints) break;
   }
   return places;
+}
+
+cv::Mat at_most(int width, const cv::Mat& image) {
+  if (image.cols <= width) return image;
+  cv::Mat small;
+  const double ratio = static_cast<double>(width) / image.cols;
+  cv::resize(image, small, {}, ratio, ratio, cv::INTER_AREA);
+  return small;
 }
 
 wire::CameraInfo camera_info(const CameraModel& camera) {
@@ -154,14 +163,13 @@ std::optional<wire::LiveImage> Publisher::send_live_image(const Orientation& ori
   const Clock::time_point now = Clock::now();
   if (now - live_sent_ < (slow_ ? kSlowLivePeriod : kLivePeriod)) return std::nullopt;
   live_sent_ = now;
-  cv::Mat small = frame.colour;
-  if (frame.colour.cols > kLiveWidth) {
-    const double ratio = static_cast<double>(kLiveWidth) / frame.colour.cols;
-    cv::resize(frame.colour, small, {}, ratio, ratio, cv::INTER_AREA);
-  }
+  const cv::Mat small = at_most(kLiveWidth, frame.colour);
   wire::LiveImage live{frame.image, frame.time, image_io::encode_jpeg(small, kLiveQuality),
                        window_ ? tie_points_in(orientation, *window_) : kNoTiePoints};
   send(serve::Lane::live, live);
+  wire::LiveImage thin = live;
+  thin.jpeg = image_io::encode_jpeg(at_most(kThinLiveWidth, small), kThinLiveQuality);
+  send(serve::Lane::thin_live, thin);
   return live;
 }
 

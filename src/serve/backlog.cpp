@@ -14,7 +14,7 @@ constexpr std::size_t kMaxGaps = 64;
 Backlog::Backlog(const RetainedRecords& records, std::uint64_t has)
     : records_(&records), state_sent_(has), live_sent_(has), known_(has), told_(has) {}
 
-SharedBytes Backlog::next() {
+SharedBytes Backlog::next(bool thin) {
   if (const Record* state = records_->oldest_after(Lane::state, state_sent_)) {
     state_sent_ = state->sequence;
     return state->bytes;
@@ -24,7 +24,7 @@ SharedBytes Backlog::next() {
     told_ = records_->newest();
     return std::make_shared<const wire::Bytes>(caught_up());
   }
-  const Record* live = records_->oldest_after(Lane::live, live_sent_);
+  const Record* live = records_->oldest_after(thin ? Lane::thin_live : Lane::live, live_sent_);
   if (live != nullptr && (data == nullptr || live_turn_)) {
     live_turn_ = false;
     live_sent_ = live->sequence;

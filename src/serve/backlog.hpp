@@ -17,8 +17,9 @@ class Backlog {
   Backlog(const RetainedRecords& records, std::uint64_t has);
 
   /// The record to send next, taken as sent; null while there is none. State first; then data,
-  /// newest first, in turn with live; CaughtUp when all that must be sent was.
-  SharedBytes next();
+  /// newest first, in turn with live, which is thin_live over a thin link; CaughtUp when all that
+  /// must be sent was.
+  SharedBytes next(bool thin = false);
   /// What next() said last when all was sent.
   wire::Bytes caught_up() const;
 

@@ -10,7 +10,7 @@ namespace nadir::serve {
 void RetainedRecords::put(Lane lane, std::uint64_t key, wire::Bytes record) {
   const std::uint64_t sequence = ++last_sequence_;
   wire::set_sequence(record, sequence);
-  if (lane != Lane::live) newest_ = sequence;
+  if (lane == Lane::state || lane == Lane::data) newest_ = sequence;
 
   Shelf& own = shelf(lane);
   const auto old = own.sequence_of_key.find(key);

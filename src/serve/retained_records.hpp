@@ -50,7 +50,7 @@ class RetainedRecords {
   bool evict_oldest(Shelf& shelf);
 
   const std::size_t budget_;
-  std::array<Shelf, 3> shelves_;
+  std::array<Shelf, 4> shelves_;
   std::uint64_t last_sequence_ = 0, newest_ = 0, evicted_ = 0;
   std::size_t bytes_ = 0;
 };

@@ -2,6 +2,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "viewer.hpp"
 
+#include <netinet/tcp.h>
+
 #include <algorithm>
 #include <optional>
 #include <span>
@@ -12,6 +14,7 @@
 #include <boost/beast/websocket.hpp>
 
 #include "backlog.hpp"
+#include "link_load.hpp"
 
 namespace nadir::serve {
 
@@ -51,6 +54,7 @@ class Viewer::Conversation : public std::enable_shared_from_this<Viewer::Convers
   static constexpr auto kBeat = std::chrono::seconds(3);
   static constexpr std::size_t kMessageBytes = 4 << 10;
   static constexpr std::size_t kInboundBytes = 8 << 10;  // per look: a hello and pongs are less
+  static constexpr int kUnsentBytes = 16 << 10;          // beyond what is under way
   static constexpr std::size_t kChunkBytes = 16 << 10;   // the grain in which progress is seen
   static constexpr auto kWrongVersion = static_cast<websocket::close_code>(4000);  // RFC 6455 7.4.2
 
@@ -58,8 +62,10 @@ class Viewer::Conversation : public std::enable_shared_from_this<Viewer::Convers
     Stream& stream = beast::get_lowest_layer(socket_);
     error_code ignored;
     stream.socket().set_option(tcp::no_delay(true), ignored);
-    // What lies in the kernel cannot be superseded any more.
+    // What lies in the kernel cannot be superseded nor overtaken any more.
     stream.socket().set_option(tcp::socket::send_buffer_size(feed_->shared.client_bytes), ignored);
+    ::setsockopt(stream.socket().native_handle(), IPPROTO_TCP, TCP_NOTSENT_LOWAT, &kUnsentBytes,
+                 sizeof kUnsentBytes);
     stream.rate_policy().limit(kInboundBytes);
     socket_.set_option({feed_->shared.timeouts.header, websocket::stream_base::none(), false});
     socket_.read_message_max(kMessageBytes);
@@ -113,8 +119,10 @@ class Viewer::Conversation : public std::enable_shared_from_this<Viewer::Convers
   asio::awaitable<void> send_records() {
     co_await send(wire::encode(wire::Welcome{feed_->id, feed_->records.newest()}));
     while (!gone_) {
-      if (const SharedBytes record = backlog_->next()) {
+      if (const SharedBytes record = backlog_->next(load_.is_thin())) {
+        const Clock::time_point begun = Clock::now();
         co_await send(*record);
+        load_.wrote(begun, Clock::now());
         ++feed_->shared.tally.sent;
       } else {
         error_code woken;
@@ -209,6 +217,7 @@ class Viewer::Conversation : public std::enable_shared_from_this<Viewer::Convers
   std::optional<Backlog> backlog_;  ///< once it said hello
   const Clock::time_point joined_ = Clock::now();
   Clock::time_point heard_ = joined_, progressed_ = joined_;
+  LinkLoad load_{joined_};
   bool writing_ = false, pinged_ = false, dismissed_ = false, gone_ = false;
 };
 

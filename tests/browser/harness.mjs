@@ -85,6 +85,9 @@ export async function lineTo(port) {
   };
 }
 
+/** The device's name to other computers; here it is this one. */
+export const DEVICE = "nadir.local";
+
 export async function chromium() {
   const require = createRequire(path.join(ROOT, "web/package.json"));
   return require("playwright-core").chromium.launch({
@@ -98,6 +101,7 @@ export async function chromium() {
       "--no-first-run",
       "--disable-sync",
       "--disable-component-update",
+      `--host-resolver-rules=MAP ${DEVICE} 127.0.0.1`,
     ],
   });
 }
@@ -107,7 +111,7 @@ export const LANDSCAPE = { width: 1280, height: 800 };
 export const PORTRAIT = { width: 800, height: 1280 };
 
 /** The page of the server behind a port, with what it asked for and complained of. */
-export async function openPage(browser, port, prepare = async () => undefined, viewport = LANDSCAPE) {
+export async function openPage(browser, port, prepare = async () => undefined, viewport = LANDSCAPE, address = `http://127.0.0.1:${port}/`) {
   const page = await browser.newPage({ viewport, hasTouch: true });
   const requests = [];
   const errors = [];
@@ -118,7 +122,7 @@ export async function openPage(browser, port, prepare = async () => undefined, v
     if (message.type() === "error") errors.push(message.text());
   });
   await prepare(page);
-  await page.goto(`http://127.0.0.1:${port}/`);
+  await page.goto(address);
   const read = () =>
     page.evaluate(() => ({
       counts: window.nadir.counts,

@@ -32,6 +32,21 @@ std::vector<std::uint64_t> take(Backlog& backlog, std::size_t at_most = 1000) {
   return sequences;
 }
 
+TEST(Backlog, SendsTheSmallerLiveImageOverAThinLink) {
+  RetainedRecords records(kPlenty);
+  Backlog backlog(records, 0);
+  EXPECT_EQ(take(backlog), std::vector<std::uint64_t>{});
+  records.put(Lane::live, 0, record());       // 1
+  records.put(Lane::thin_live, 0, record());  // 2
+  EXPECT_EQ(wire::sequence(*backlog.next(true)), 2u);
+  EXPECT_EQ(backlog.next(true), nullptr);
+  EXPECT_EQ(backlog.next(false), nullptr) << "of the same image";
+  records.put(Lane::live, 0, record());       // 3
+  records.put(Lane::thin_live, 0, record());  // 4
+  EXPECT_EQ(wire::sequence(*backlog.next(false)), 3u);
+  EXPECT_EQ(backlog.caught_up(), Backlog(records, 0).caught_up()) << "no part of completeness";
+}
+
 TEST(Backlog, SendsStateInOrderThenDataNewestFirst) {
   RetainedRecords records(kPlenty);
   records.put(Lane::data, 1, record());   // 1

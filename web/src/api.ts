@@ -32,23 +32,29 @@ export interface Product {
 export type Answer<T> = { ok: true; value: T } | { ok: false; status: number; reason: string };
 
 const RENEW_MS = 20_000;
+const OWN_SCREEN = /^(localhost|127\.\d+\.\d+\.\d+|\[::1\])$/;
 
 export class Api {
   /** Told when this page takes or loses control. */
   onControl: () => void = () => undefined;
   private readonly session = crypto.getRandomValues(new Uint32Array(4)).join("-");
   private renewal: ReturnType<typeof setInterval> | undefined;
+  private token = recall("token");
 
   constructor() {
     // The code that was scanned carries the token behind the #, which a browser never sends.
     const given = new URLSearchParams(location.hash.slice(1)).get("token");
-    if (given === null) return;
-    remember("token", given);
-    history.replaceState(null, "", location.pathname + location.search);
+    if (given !== null) {
+      this.token = given;
+      remember("token", given);
+      history.replaceState(null, "", location.pathname + location.search);
+    } else if (OWN_SCREEN.test(location.hostname)) {
+      void this.learnToken();
+    }
   }
 
   get hasToken(): boolean {
-    return recall("token") !== null;
+    return this.token !== null;
   }
 
   get name(): string {
@@ -119,6 +125,14 @@ export class Api {
     return answer.ok ? answer.value.url : null;
   }
 
+  /** Whoever stands before the device's own screen may control it. */
+  private async learnToken(): Promise<void> {
+    const answer = await this.ask<{ token: string }>("GET", "token");
+    if (!answer.ok) return;
+    this.token = answer.value.token;
+    this.onControl();
+  }
+
   private keepControl(keep: boolean): void {
     clearInterval(this.renewal);
     this.renewal = undefined;
@@ -132,8 +146,7 @@ export class Api {
 
   private async ask<T>(method: string, path: string, body?: object): Promise<Answer<T>> {
     const headers: Record<string, string> = { "Nadir-Session": this.session, "Nadir-Name": encodeURIComponent(this.name) };
-    const token = recall("token");
-    if (token !== null && method !== "GET") headers["Authorization"] = `Bearer ${token}`;
+    if (this.token !== null && method !== "GET") headers["Authorization"] = `Bearer ${this.token}`;
     if (body !== undefined) headers["Content-Type"] = "application/json";
     try {
       const response = await fetch(new URL(`api/${path}`, location.href), {

@@ -14,9 +14,10 @@ namespace nadir::serve {
 /// How a record travels. In each lane a record takes the place of an older one of its key, also in
 /// what a slow or late viewer has still to be sent.
 enum class Lane {
-  state,  ///< alerts, state, counts: in order, before all else, never let go of before data
-  data,   ///< clouds, tiles: newest first
-  live,   ///< the current image: not part of what a viewer must have to be complete
+  state,      ///< alerts, state, counts: in order, before all else, never let go of before data
+  data,       ///< clouds, tiles: newest first
+  live,       ///< the current image: not part of what a viewer must have to be complete
+  thin_live,  ///< the same, smaller, in its place for viewers whose link does not carry it
 };
 
 /// Made by a WebServer, which it may outlive. With its last holder its viewers are sent away.
