@@ -112,7 +112,7 @@ void Publisher::send(const Guide::Told& told) {
   for (const wire::CoverageTile& tile : told.tiles) send(serve::Lane::data, tile);
   if (told.guidance) send(serve::Lane::state, *told.guidance);
   if (told.measures) send(serve::Lane::state, *told.measures);
-  if (told.last_view) send(serve::Lane::data, *told.last_view);
+  if (told.last_view) send(serve::Lane::prompt, *told.last_view);
   if (told.way_back) send(serve::Lane::state, *told.way_back);
 }
 
@@ -182,7 +182,7 @@ void Publisher::publish(const Cloud& cloud) {
   if (!cloud.grid) return;
   grids_[cloud.grid->image] = wire::plane_grid(*cloud.grid);
   send_corrected(grids_[cloud.grid->image]);
-  send(serve::Lane::data,
+  send(serve::Lane::prompt,
        wire::PlaneColour{cloud.grid->image, image_io::encode_jpeg(cloud.grid->bgr, kGridQuality)});
   ++state_.planes;
   send_state();
@@ -208,7 +208,7 @@ void Publisher::publish(const MosaicUpdate& mosaic) {
 void Publisher::send_corrected(const ImagePose& pose) {
   ImagePose corrected = pose;
   corrected.survey_from_camera = corrections_.at(pose.submap, pose.image) * pose.survey_from_camera;
-  send(serve::Lane::data, corrected);
+  send(serve::Lane::prompt, corrected);
 }
 
 void Publisher::send_corrected(wire::PlaneGrid grid) {
@@ -219,7 +219,7 @@ void Publisher::send_corrected(wire::PlaneGrid grid) {
   grid.survey_from_grid = by * grid.survey_from_grid;
   grid.camera_in_survey = correction * grid.camera_in_survey;
   grid.max_range *= correction.scale;
-  send(serve::Lane::data, grid);
+  send(serve::Lane::prompt, grid);
 }
 
 void Publisher::send_corrected(const wire::TiePoints& block) {

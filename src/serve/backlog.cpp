@@ -2,6 +2,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "backlog.hpp"
 
+#include <array>
+
 namespace nadir::serve {
 namespace {
 
@@ -11,46 +13,17 @@ constexpr std::size_t kMaxGaps = 64;
 
 }  // namespace
 
-Backlog::Backlog(const RetainedRecords& records, std::uint64_t has)
-    : records_(&records), state_sent_(has), live_sent_(has), known_(has), told_(has) {}
-
-SharedBytes Backlog::next(bool thin) {
-  if (const Record* state = records_->oldest_after(Lane::state, state_sent_)) {
-    state_sent_ = state->sequence;
-    return state->bytes;
-  }
-  const Record* data = newest_data();
-  if (data == nullptr && told_ < records_->newest()) {
-    told_ = records_->newest();
-    return std::make_shared<const wire::Bytes>(caught_up());
-  }
-  const Record* live = records_->oldest_after(thin ? Lane::thin_live : Lane::live, live_sent_);
-  if (live != nullptr && (data == nullptr || live_turn_)) {
-    live_turn_ = false;
-    live_sent_ = live->sequence;
-    return live->bytes;
-  }
-  if (data == nullptr) return nullptr;
-  live_turn_ = true;
-  gaps_.back().last = data->sequence - 1;
-  return data->bytes;
-}
-
-wire::Bytes Backlog::caught_up() const {
-  return wire::encode(wire::CaughtUp{told_, records_->evicted()});
-}
-
-const Record* Backlog::newest_data() {
+const Record* NewestFirst::next() {
   extend_to_newest();
   while (!gaps_.empty()) {
     const Gap& gap = gaps_.back();
-    if (const Record* data = records_->newest_within(Lane::data, gap.first, gap.last)) return data;
+    if (const Record* record = records_->newest_within(lane_, gap.first, gap.last)) return record;
     gaps_.pop_back();
   }
   return nullptr;
 }
 
-void Backlog::extend_to_newest() {
+void NewestFirst::extend_to_newest() {
   if (known_ >= records_->newest()) return;
   if (!gaps_.empty() && gaps_.back().last == known_) {
     gaps_.back().last = records_->newest();
@@ -62,6 +35,50 @@ void Backlog::extend_to_newest() {
     gaps_[1].first = gaps_[0].first;
     gaps_.erase(gaps_.begin());
   }
+}
+
+Backlog::Backlog(const RetainedRecords& records, std::uint64_t has)
+    : records_(&records),
+      state_sent_(has),
+      live_sent_(has),
+      told_(has),
+      prompt_(records, Lane::prompt, has),
+      data_(records, Lane::data, has) {}
+
+SharedBytes Backlog::next(bool thin) {
+  if (const Record* state = records_->oldest_after(Lane::state, state_sent_)) {
+    state_sent_ = state->sequence;
+    return state->bytes;
+  }
+  const Record* const prompt = prompt_.next();
+  const Record* const data = data_.next();
+  if (prompt == nullptr && data == nullptr && told_ < records_->newest()) {
+    told_ = records_->newest();
+    return std::make_shared<const wire::Bytes>(caught_up());
+  }
+  const Record* const live =
+      records_->oldest_after(thin ? Lane::thin_live : Lane::live, live_sent_);
+  constexpr std::array kTurns{Lane::prompt, Lane::live, Lane::prompt, Lane::data};
+  for (std::size_t tried = 0; tried < kTurns.size(); ++tried) {
+    const Lane lane = kTurns[turn_++ % kTurns.size()];
+    if (lane == Lane::prompt && prompt != nullptr) {
+      prompt_.sent(*prompt);
+      return prompt->bytes;
+    }
+    if (lane == Lane::live && live != nullptr) {
+      live_sent_ = live->sequence;
+      return live->bytes;
+    }
+    if (lane == Lane::data && data != nullptr) {
+      data_.sent(*data);
+      return data->bytes;
+    }
+  }
+  return nullptr;
+}
+
+wire::Bytes Backlog::caught_up() const {
+  return wire::encode(wire::CaughtUp{told_, records_->evicted()});
 }
 
 }  // namespace nadir::serve

@@ -10,7 +10,7 @@ namespace nadir::serve {
 void RetainedRecords::put(Lane lane, std::uint64_t key, wire::Bytes record) {
   const std::uint64_t sequence = ++last_sequence_;
   wire::set_sequence(record, sequence);
-  if (lane == Lane::state || lane == Lane::data) newest_ = sequence;
+  if (lane != Lane::live && lane != Lane::thin_live) newest_ = sequence;
 
   Shelf& own = shelf(lane);
   const auto old = own.sequence_of_key.find(key);
@@ -20,7 +20,8 @@ void RetainedRecords::put(Lane lane, std::uint64_t key, wire::Bytes record) {
                                std::make_shared<const wire::Bytes>(std::move(record))};
   own.sequence_of_key[key] = sequence;
   while (bytes_ > budget_ &&
-         (evict_oldest(shelf(Lane::data)) || evict_oldest(shelf(Lane::state)))) {
+         (evict_oldest(shelf(Lane::data)) || evict_oldest(shelf(Lane::prompt)) ||
+          evict_oldest(shelf(Lane::state)))) {
   }
 }
 

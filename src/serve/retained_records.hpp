@@ -28,14 +28,14 @@ class RetainedRecords {
   explicit RetainedRecords(std::size_t budget_bytes) : budget_(budget_bytes) {}
 
   /// Numbers the record, replaces the one of its lane and key, and keeps within the budget by
-  /// letting go of the oldest data, then of the oldest state.
+  /// letting go of the oldest data, then of what is prompt, then of state.
   void put(Lane lane, std::uint64_t key, wire::Bytes record);
 
   /// Null when there is none.
   const Record* oldest_after(Lane lane, std::uint64_t sequence) const;
   const Record* newest_within(Lane lane, std::uint64_t first, std::uint64_t last) const;
 
-  std::uint64_t newest() const { return newest_; }  ///< sequence of the last state or data record
+  std::uint64_t newest() const { return newest_; }  ///< sequence of the last record but live ones
   std::uint64_t evicted() const { return evicted_; }
   std::size_t bytes() const { return bytes_; }
 
@@ -50,7 +50,7 @@ class RetainedRecords {
   bool evict_oldest(Shelf& shelf);
 
   const std::size_t budget_;
-  std::array<Shelf, 4> shelves_;
+  std::array<Shelf, 5> shelves_;
   std::uint64_t last_sequence_ = 0, newest_ = 0, evicted_ = 0;
   std::size_t bytes_ = 0;
 };

@@ -28,7 +28,8 @@ export function simulate(folder, ...options) {
 
 /** Resolves when the server listens; `ended` resolves with the exit status. */
 export async function replay(folder, dive, port, ...options) {
-  const child = spawn(PROGRAM, ["replay", folder, "--out", dive, "--serve", `127.0.0.1:${port}`, ...options]);
+  const serve = options.includes("--serve") ? [] : ["--serve", `127.0.0.1:${port}`];
+  const child = spawn(PROGRAM, ["replay", folder, "--out", dive, ...serve, ...options]);
   let said = "";
   child.stderr.on("data", (text) => (said += text));
   const ended = new Promise((resolve) => child.on("exit", resolve));
@@ -88,10 +89,10 @@ export async function lineTo(port) {
 /** The device's name to other computers; here it is this one. */
 export const DEVICE = "nadir.local";
 
-export async function chromium() {
+export async function chromium(program = CHROMIUM) {
   const require = createRequire(path.join(ROOT, "web/package.json"));
   return require("playwright-core").chromium.launch({
-    executablePath: CHROMIUM,
+    executablePath: program,
     args: [
       "--no-sandbox",
       "--use-angle=swiftshader",

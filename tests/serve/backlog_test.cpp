@@ -113,6 +113,17 @@ TEST(Backlog, SharesALinkBetweenLiveImagesAndData) {
   EXPECT_THAT(sequences, ElementsAre(4, 3, 6, 2, 8, 1));
 }
 
+TEST(Backlog, SendsWhatIsPromptEveryOtherTimeAndLeavesNobodyOut) {
+  RetainedRecords records(kPlenty);
+  for (std::uint64_t key = 1; key <= 3; ++key) records.put(Lane::data, key, record());    // 1 to 3
+  for (std::uint64_t key = 1; key <= 4; ++key) records.put(Lane::prompt, key, record());  // to 7
+  records.put(Lane::live, 0, record());                                                   // 8
+  Backlog backlog(records, 0);
+  EXPECT_THAT(take(backlog, 3), ElementsAre(7, 8, 6));
+  records.put(Lane::prompt, 5, record());  // 9
+  EXPECT_THAT(take(backlog), ElementsAre(3, 9, 5, 2, 4, 1, 0));
+}
+
 TEST(Backlog, TellsOfCompletenessThoughLiveImagesNeverEnd) {
   RetainedRecords records(kPlenty);
   records.put(Lane::data, 1, record());

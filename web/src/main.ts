@@ -215,6 +215,8 @@ const automation = {
   },
   /** Where an image was taken from; null when it has no camera. */
   placeOf: (image: number) => view?.placeOf(image) ?? null,
+  /** Whether an image's planar cloud is drawn. */
+  hasPlane: (image: number) => view?.hasPlane(image) ?? false,
   /** Where a survey point is on the page; null behind the eye. */
   screenOf: (x: number, y: number, z: number) => {
     const at = view?.screenOf(x, y, z) ?? null;

@@ -14,8 +14,9 @@ namespace nadir::serve {
 /// How a record travels. In each lane a record takes the place of an older one of its key, also in
 /// what a slow or late viewer has still to be sent.
 enum class Lane {
-  state,      ///< alerts, state, counts: in order, before all else, never let go of before data
-  data,       ///< clouds, tiles: newest first
+  state,      ///< alerts, state, counts: in order, before all else, let go of last
+  prompt,     ///< poses, planar clouds: newest first, at least every other record
+  data,       ///< tie points, tiles: newest first, in turn with live; let go of first
   live,       ///< the current image: not part of what a viewer must have to be complete
   thin_live,  ///< the same, smaller, in its place for viewers whose link does not carry it
 };

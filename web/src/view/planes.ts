@@ -46,6 +46,11 @@ export class Planes {
 
   constructor(private readonly origin: Origin) {}
 
+  /** It has geometry and colours. */
+  has(image: number): boolean {
+    return this.planes.get(image)?.coarse !== undefined;
+  }
+
   setGrid(grid: PlaneGrid): void {
     const plane = this.plane(grid.image);
     const known = plane.grid;

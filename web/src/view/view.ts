@@ -128,6 +128,10 @@ export class View {
     };
   }
 
+  hasPlane(image: number): boolean {
+    return this.planes.has(image);
+  }
+
   /** Rejects when a picture in the record cannot be decoded. */
   async show(record: DiveRecord): Promise<void> {
     switch (record.type) {
