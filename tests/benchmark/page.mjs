@@ -1,10 +1,12 @@
 // SPDX-FileCopyrightText: nadir contributors
 // SPDX-License-Identifier: Apache-2.0
 // The page with a long dive, in a headless Chromium that draws in software: how soon it is complete, how long a picture
-// takes while the scene turns against the same cloud drawn as so many points, and what the tab holds.
-// node tests/benchmark/page.mjs [IMAGES] (580)
+// takes while the scene turns against the same cloud drawn as so many points, what the browser holds as the dive goes on,
+// and what is left in the device of pages that were killed.
+// node tests/benchmark/page.mjs [late] [growing] [reopening]
 //
 // The dive is a short simulated one that nadir maps, laid side by side until it has as many images.
+import { readFileSync, readdirSync } from "node:fs";
 import { createRequire } from "node:module";
 import path from "node:path";
 import { fileURLToPath } from "node:url";
@@ -12,7 +14,7 @@ import * as harness from "../browser/harness.mjs";
 import { pause, until } from "../browser/harness.mjs";
 
 const ROOT = fileURLToPath(new URL("../../", import.meta.url));
-const IMAGES = Number(process.argv[2] ?? 580);
+const IMAGES = 580;
 const SHORT = 40;
 const HEADER = 16;
 const TYPE = { welcome: 2, state: 3, camera: 5, pose: 6, planeGrid: 8, planeColour: 9, mosaic: 10, mosaicTile: 11, caughtUp: 14 };
@@ -83,10 +85,16 @@ function longDive(records, images) {
   });
 }
 
-/** The page as the server of `port` gives it, fed with these records in place of its own. */
-async function openWith(browser, port, records) {
+const imageOf = (record) => {
+  if (![TYPE.pose, TYPE.planeGrid, TYPE.planeColour].includes(record[0])) return [TYPE.mosaic, TYPE.mosaicTile].includes(record[0]) ? record.readUInt32LE(HEADER) * SHORT : 0;
+  return Number(record.readBigUInt64LE(HEADER));
+};
+
+/** The page as the server gives it, fed with these records in place of its own; opened: gets the socket, for more. */
+async function openWith(browser, records, opened = () => undefined) {
   return harness.openPage(browser, port, (page) =>
     page.routeWebSocket(/feed/, (socket) => {
+      opened(socket);
       socket.onMessage(() => {
         const welcome = Buffer.alloc(HEADER + 16);
         welcome[0] = TYPE.welcome;
@@ -158,35 +166,119 @@ async function naive(browser, points) {
   return ms;
 }
 
+/** MB of memory of a process and those it started. */
+function memory(pid) {
+  const processes = new Map();
+  for (const name of readdirSync("/proc").filter((entry) => /^\d+$/.test(entry))) {
+    try {
+      const status = readFileSync(`/proc/${name}/status`, "utf8");
+      const field = (key) => Number(new RegExp(`^${key}:\\s+(\\d+)`, "m").exec(status)?.[1] ?? 0);
+      processes.set(Number(name), { parent: field("PPid"), kilobytes: field("RssAnon") + field("RssShmem") });
+    } catch {
+      // It has ended meanwhile.
+    }
+  }
+  const isOf = (one) => one === pid || (processes.has(one) && isOf(processes.get(one).parent));
+  return [...processes].filter(([one]) => isOf(one)).reduce((sum, [, { kilobytes }]) => sum + kilobytes, 0) / 1000;
+}
+
+const verdicts = [];
+function say(what, value, unit, bar) {
+  const met = bar === undefined || value <= bar;
+  console.log(`${what}: ${value.toFixed(2)} ${unit}${bar === undefined ? "" : `, bar ${bar}: ${met ? "met" : "MISSED"}`}`);
+  verdicts.push(met);
+}
+
+async function lateViewer(browser, records) {
+  const dive = longDive(records, IMAGES);
+  const planes = dive.filter((record) => record[0] === TYPE.planeColour).length;
+  const ofPlanes = dive.filter((record) => record[0] === TYPE.planeColour || record[0] === TYPE.planeGrid);
+  console.log(`${planes} planes, ${planes * 15000} points`);
+  say("a plane", ofPlanes.reduce((sum, record) => sum + record.length, 0) / planes / 1000, "kB", 10);
+  const begun = performance.now();
+  const { page, read } = await openWith(browser, dive);
+  const wanted = await until("all planes", read, ({ counts }) => counts.planes >= planes, 120);
+  say("all planes of a late viewer are there after", (performance.now() - begun) / 1000, "s", 3);
+  console.log(JSON.stringify(wanted.counts));
+  await page.click("nav >> text=3D");
+  await pause(3000);
+  const quads = await turning(page);
+  await page.click("nav >> text=Layers");
+  await page.click("role=switch[name='Planes as points']");
+  await page.click("nav >> text=Layers");
+  await pause(2000);
+  const points = await turning(page);
+  await page.close();
+  const plain = await naive(browser, planes * 15000);
+  console.log(`from picture to picture: ${quads.toFixed(0)} ms as quads, ${points.toFixed(0)} ms as points, ${plain.toFixed(0)} ms as plain points`);
+  say("quads to plain points", quads / plain, "", 1 / 3);
+  say("points to plain points", points / plain, "", 1 / 3);
+}
+
+/** What the browser holds while a dive grows to so many images. */
+async function growing(browser, records, images) {
+  const dive = longDive(records, images);
+  let socket = null;
+  const { page, read } = await openWith(browser, [], (opened) => (socket = opened));
+  const part = images / 5;
+  const held = [];
+  for (let until_ = part; until_ <= images; until_ += part) {
+    for (const record of dive) {
+      const at = imageOf(record);
+      if (at >= until_ - part && at < until_) socket.send(record);
+    }
+    const planes = dive.filter((record) => record[0] === TYPE.planeColour && imageOf(record) < until_).length;
+    await until("the planes", read, ({ counts }) => counts.planes >= planes, 300);
+    await pause(3000);
+    held.push([until_, memory(browserPid), (await heap(page)) / 1e6]);
+    console.log(`${until_} images: ${held.at(-1)[1].toFixed(0)} MB of the browser, ${held.at(-1)[2].toFixed(0)} MB of the tab's heap`);
+  }
+  await page.close();
+  say(`an image more after ${part}`, ((held.at(-1)[1] - held[0][1]) * 1000) / (images - part), "kB", 30);
+}
+
+/** Pages killed one after the other while a dive is mapped, and what is left of them in the device. */
+async function reopening(browser, survey, folder, times) {
+  const port = await harness.freePort();
+  const run = await harness.replay(survey, path.join(folder, "reopened"), port, "--rate", "1", "--keep-serving");
+  const files = () => readdirSync(`/proc/${run.pid}/fd`).length;
+  const took = [];
+  let before = null;
+  for (let i = 0; i < times; ++i) {
+    const begun = performance.now();
+    const { page, read } = await harness.openPage(browser, port);
+    const isComplete = ({ counts, state }) => state !== null && state.planes > 0 && counts.planes >= state.planes && counts.mosaicTiles >= state.mosaicTiles;
+    const { state } = await until("the view complete", read, isComplete, 120);
+    took.push(performance.now() - begun);
+    const session = await page.context().newCDPSession(page);
+    session.send("Page.crash").catch(() => undefined);
+    await page.waitForEvent("crash");
+    await page.close();
+    // From the end of the mapping on nothing but pages may take memory.
+    if (state.finished && before === null) {
+      await pause(2000);
+      before = { after: i + 1, memory: memory(run.pid), files: files() };
+    }
+  }
+  await pause(12_000); // what is silent is let go
+  say(`memory of the device after ${times - before.after} more pages were killed`, memory(run.pid) - before.memory, "MB", 2);
+  say("files it holds more", files() - before.files, "", 0);
+  const median = (values) => [...values].sort((one, other) => one - other)[Math.floor(values.length / 2)] / 1000;
+  console.log(`complete after ${median(took.slice(before.after, before.after + 10)).toFixed(2)} s, at last ${median(took.slice(-10)).toFixed(2)} s`);
+  run.stop();
+  await run.ended;
+}
+
 const folder = harness.temporaryFolder();
 const survey = path.join(folder, "survey");
 harness.simulate(survey, "--scene", "pool", "--images", String(SHORT), "--stereo", "--seed", "7");
 const browser = await harness.chromium();
+const browserPid = (await browser.newBrowserCDPSession().then((session) => session.send("SystemInfo.getProcessInfo"))).processInfo.find(({ type }) => type === "browser").id;
 const port = await harness.freePort();
 const server = await harness.replay(survey, path.join(folder, "dive"), port, "--keep-serving");
 const records = await recordsOf(browser, port);
-
-const dive = longDive(records, IMAGES);
-const colours = dive.filter((record) => record[0] === TYPE.planeColour || record[0] === TYPE.planeGrid);
-const planes = dive.filter((record) => record[0] === TYPE.planeColour).length;
-console.log(`${planes} planes, ${planes * 15000} points, ${(colours.reduce((sum, record) => sum + record.length, 0) / planes / 1000).toFixed(1)} kB a plane`);
-
-const begun = performance.now();
-const { page, read } = await openWith(browser, port, dive);
-await until("all planes", read, ({ counts }) => counts.planes >= planes, 120);
-console.log(`complete after ${((performance.now() - begun) / 1000).toFixed(2)} s from nothing`);
-await page.click("nav >> text=3D");
-await pause(3000);
-const quads = await turning(page);
-await page.click("nav >> text=Layers");
-await page.click("role=switch[name='Planes as points']");
-await page.click("nav >> text=Layers");
-await pause(2000);
-const points = await turning(page);
-console.log(`heap of the tab ${((await heap(page)) / 1e6).toFixed(0)} MB`);
-await page.close();
-const plain = await naive(browser, planes * 15000);
-console.log(`from picture to picture: ${quads.toFixed(0)} ms as quads, ${points.toFixed(0)} ms as points, ${plain.toFixed(0)} ms as plain points`);
-console.log(`ratio: ${(quads / plain).toFixed(3)} and ${(points / plain).toFixed(3)}`);
+const parts = { late: () => lateViewer(browser, records), growing: () => growing(browser, records, 5000), reopening: () => reopening(browser, survey, folder, 50) };
+for (const part of process.argv.length > 2 ? process.argv.slice(2) : Object.keys(parts)) await parts[part]();
 server.stop();
 await browser.close();
+process.exit(verdicts.every(Boolean) ? 0 : 1);

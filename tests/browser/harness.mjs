@@ -38,7 +38,7 @@ export async function replay(folder, dive, port, ...options) {
     if (child.exitCode !== null) throw new Error(`nadir replay ended: ${said}`);
     await pause(50);
   }
-  return { ended, stop: () => child.kill("SIGTERM"), said: () => said };
+  return { ended, stop: () => child.kill("SIGTERM"), said: () => said, pid: child.pid };
 }
 
 export const diveJson = (dive) => JSON.parse(readFileSync(path.join(dive, "dive.json"), "utf8"));

@@ -47,6 +47,9 @@ const VEHICLE_PX = 44;
 /** Where style.css puts the cards over the map. */
 const LANDSCAPE: Margins = { left: 24, top: 24, right: 24, bottom: 120 };
 const PORTRAIT: Margins = { left: 24, top: 24, right: 24, bottom: 220 };
+/** News are drawn in one part of so many of the time. */
+const NEWS_SHARE = 4;
+const MOST_COST_MS = 500;
 const REFINE_MS = 250;
 /** What a finger in a glove may move and still have tapped. */
 const TAP_PX = 24;
@@ -87,6 +90,9 @@ export class View {
   private refinedAt = 0;
   private asked = false;
   private drawnAt = 0;
+  /** From the last picture to when another could be begun, ms. */
+  private cost = 0;
+  private news: ReturnType<typeof setTimeout> | undefined;
 
   /** Throws where the browser cannot draw in 3D. */
   constructor(private readonly canvas: HTMLCanvasElement) {
@@ -175,7 +181,7 @@ export class View {
       default:
         return;
     }
-    this.draw();
+    this.drawNews();
   }
 
   clear(): void {
@@ -319,6 +325,16 @@ export class View {
     });
   }
 
+  /** For what may wait: a page that is told much is to decode it, too, not to draw all the time. */
+  private drawNews(): void {
+    if (this.asked || this.news !== undefined) return;
+    const due = this.drawnAt + NEWS_SHARE * this.cost;
+    this.news = setTimeout(() => {
+      this.news = undefined;
+      this.draw();
+    }, Math.max(0, due - performance.now()));
+  }
+
   private render(now: number): void {
     this.asked = false;
     const seconds = Math.min(0.25, (now - this.drawnAt) / 1000);
@@ -331,6 +347,9 @@ export class View {
     const vehicle = this.cameras.vehicle;
     vehicle.scale.setScalar(this.cameras.newest === null ? 0 : VEHICLE_PX * this.eye.sizeOfPixel(vehicle.position));
     this.renderer.render(this.scene, this.eye.camera);
+    requestAnimationFrame((next) => {
+      this.cost = Math.min(MOST_COST_MS, next - now);
+    });
     this.onDrawn();
     if (moving) this.draw();
     this.refineSoon(now);
@@ -348,7 +367,7 @@ export class View {
 
   private async refine(): Promise<void> {
     const changed = await Promise.all([this.planes.refine(this.eye.target), this.mosaics.refine(this.eye.sizer())]).catch(() => [false]);
-    if (changed.includes(true)) this.draw();
+    if (changed.includes(true)) this.drawNews();
   }
 
   private setQuality(quality: Quality): void {
