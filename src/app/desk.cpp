@@ -258,14 +258,14 @@ Answer Desk::give(PageCommand command) {
   return refused(409, "that cannot be done now");
 }
 
-std::optional<std::string> url_for_others(const serve::Config& config) {
+std::optional<std::string> url_for_others(serve::Config config) {
   if (config.port == 0) return std::nullopt;
-  const bool everywhere = config.address == "0.0.0.0" || config.address == "::";
-  const std::string& address =
-      everywhere && !config.names.empty() ? config.names.front() : config.address;
+  std::string& address = config.address;
+  const bool everywhere = address == "0.0.0.0" || address == "::";
+  if (everywhere && !config.names.empty()) address = config.names.front();
   const bool local =
       address.starts_with("127.") || address == "::1" || address == "0.0.0.0" || address == "::";
-  return local ? std::nullopt : std::optional(page_url(address, config.port) + '/');
+  return local ? std::nullopt : std::optional(page_url(config, config.port) + '/');
 }
 
 }  // namespace nadir::app

@@ -4,6 +4,7 @@
 
 #include <sys/resource.h>
 
+#include <cstdio>
 #include <opencv2/core/utility.hpp>
 #include <utility>
 
@@ -88,14 +89,26 @@ int finish_dive(const EndOfDive& end) {
 }
 
 // A page asked for under "every address" would be refused: it is nobody's name.
-std::string page_url(const std::string& address, std::uint16_t port) {
+std::string page_url(const serve::Config& config, std::uint16_t port) {
+  const std::string& address = config.address;
   std::string host = address;
   if (address == "0.0.0.0" || address == "::") {
     host = "localhost";
   } else if (address.find(':') != std::string::npos) {
     host = '[' + address + ']';
   }
-  return "http://" + host + ':' + std::to_string(port);
+  const bool here = host == "localhost" || host.starts_with("127.") || host == "[::1]";
+  const bool secure = !config.certificate.empty() && !here;
+  return (secure ? "https://" : "http://") + host + ':' + std::to_string(port);
+}
+
+serve::Config with_usable_certificate(serve::Config config) {
+  const std::string fault = serve::certificate_fault(config);
+  if (fault.empty()) return config;
+  std::fprintf(stderr, "%s; until then there is no https\n", fault.c_str());
+  config.certificate.clear();
+  config.key.clear();
+  return config;
 }
 
 }  // namespace nadir::app
