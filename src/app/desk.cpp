@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <charconv>
 #include <cmath>
+#include <cstdio>
 #include <nlohmann/json.hpp>
 #include <utility>
 
@@ -256,6 +257,15 @@ Answer Desk::remove_dive(const std::string& dive) {
 Answer Desk::give(PageCommand command) {
   if (commands_.give(command)) return answered(202, json::object());
   return refused(409, "that cannot be done now");
+}
+
+serve::Config with_usable_certificate(serve::Config config) {
+  const std::string fault = serve::certificate_fault(config);
+  if (fault.empty()) return config;
+  std::fprintf(stderr, "%s; until then there is no https\n", fault.c_str());
+  config.certificate.clear();
+  config.key.clear();
+  return config;
 }
 
 std::optional<std::string> url_for_others(serve::Config config) {

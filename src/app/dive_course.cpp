@@ -4,7 +4,6 @@
 
 #include <sys/resource.h>
 
-#include <cstdio>
 #include <opencv2/core/utility.hpp>
 #include <utility>
 
@@ -100,15 +99,6 @@ std::string page_url(const serve::Config& config, std::uint16_t port) {
   const bool here = host == "localhost" || host.starts_with("127.") || host == "[::1]";
   const bool secure = !config.certificate.empty() && !here;
   return (secure ? "https://" : "http://") + host + ':' + std::to_string(port);
-}
-
-serve::Config with_usable_certificate(serve::Config config) {
-  const std::string fault = serve::certificate_fault(config);
-  if (fault.empty()) return config;
-  std::fprintf(stderr, "%s; until then there is no https\n", fault.c_str());
-  config.certificate.clear();
-  config.key.clear();
-  return config;
 }
 
 }  // namespace nadir::app

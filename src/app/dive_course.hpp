@@ -30,10 +30,8 @@ struct EndOfDive {
 /// all were. Throws what a stage threw, after that.
 int finish_dive(const EndOfDive& end);
 
-/// Where a browser finds the page: on this machine, or by https where a certificate is configured.
+/// Where a browser finds the page: by https where a certificate is configured and the address is
+/// not this machine's alone.
 std::string page_url(const serve::Config& config, std::uint16_t port);
-
-/// Without a certificate that cannot be used, which is told on stderr: the page is plain then.
-serve::Config with_usable_certificate(serve::Config config);
 
 }  // namespace nadir::app

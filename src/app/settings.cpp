@@ -304,7 +304,7 @@ std::vector<Setting> make_settings() {
       names("serve.names", &serve::Config::names,
             "host names this device goes by beside localhost, separated by commas"),
       setting("serve.certificate", &Config::serve, &serve::Config::certificate,
-              "PEM file of it and its chain: with serve.key the page is had by https too, on the "
+              "PEM file, its chain included: with serve.key the page is had by https too, on the "
               "same port; tablets install it only from there"),
       setting("serve.key", &Config::serve, &serve::Config::key,
               "PEM file, without a passphrase, readable by the user nadir"),

@@ -36,10 +36,8 @@ asio::ssl::context with_options() {
 }
 
 /// A certificate that is not valid yet is none of our business: a board's clock may not be set.
-bool has_expired(const asio::ssl::context& context) {
-  const X509* const certificate =
-      SSL_CTX_get0_certificate(const_cast<asio::ssl::context&>(context).native_handle());
-  return X509_cmp_current_time(X509_get0_notAfter(certificate)) < 0;
+bool has_expired(SSL_CTX* context) {
+  return X509_cmp_current_time(X509_get0_notAfter(SSL_CTX_get0_certificate(context))) < 0;
 }
 
 }  // namespace
@@ -66,7 +64,7 @@ std::optional<asio::ssl::context> tls_context(const Config& config) {
     throw InputError("serve.key: " + config.key + " is no usable key (" + error.message() +
                      "); give one in PEM, without a passphrase");
   }
-  if (has_expired(context)) {
+  if (has_expired(context.native_handle())) {
     throw InputError("serve.certificate: " + config.certificate +
                      " has expired; make a new one, or correct this computer's clock");
   }
