@@ -85,7 +85,7 @@ export async function lineTo(port) {
   };
 }
 
-export async function chromium() {
+export async function chromium(...more) {
   const require = createRequire(path.join(ROOT, "web/package.json"));
   return require("playwright-core").chromium.launch({
     executablePath: CHROMIUM,
@@ -98,6 +98,7 @@ export async function chromium() {
       "--no-first-run",
       "--disable-sync",
       "--disable-component-update",
+      ...more,
     ],
   });
 }
