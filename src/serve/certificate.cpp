@@ -11,6 +11,9 @@
 #include "nadir/core/check.hpp"
 
 namespace nadir::serve {
+
+namespace ssl = boost::asio::ssl;
+
 namespace {
 
 void require_readable(const char* setting, const std::string& file) {
@@ -20,8 +23,8 @@ void require_readable(const char* setting, const std::string& file) {
                    "; name a PEM file that the user nadir runs as may read");
 }
 
-asio::ssl::context with_options() {
-  asio::ssl::context context(asio::ssl::context::tls_server);
+ssl::context with_options() {
+  ssl::context context(ssl::context::tls_server);
   SSL_CTX* const native = context.native_handle();
   SSL_CTX_set_min_proto_version(native, TLS1_2_VERSION);
   // Of TLS 1.2 what has forward secrecy and authenticates what it encrypts, as all of 1.3 does.
@@ -31,7 +34,7 @@ asio::ssl::context with_options() {
   SSL_CTX_set_session_cache_mode(native, SSL_SESS_CACHE_OFF);
   // OpenSSL would ask at the terminal.
   context.set_password_callback(
-      [](std::size_t, asio::ssl::context::password_purpose) { return std::string(); });
+      [](std::size_t, ssl::context::password_purpose) { return std::string(); });
   return context;
 }
 
@@ -42,18 +45,18 @@ bool has_expired(SSL_CTX* context) {
 
 }  // namespace
 
-std::optional<asio::ssl::context> tls_context(const Config& config) {
+std::optional<ssl::context> tls_context(const Config& config) {
   if (config.certificate.empty()) return std::nullopt;
   require_readable("serve.certificate", config.certificate);
   require_readable("serve.key", config.key);
-  asio::ssl::context context = with_options();
-  error_code error;
+  ssl::context context = with_options();
+  boost::system::error_code error;
   context.use_certificate_chain_file(config.certificate, error);
   if (error) {
     throw InputError("serve.certificate: " + config.certificate + " is no usable certificate (" +
                      error.message() + "); give one in PEM, its chain behind it");
   }
-  context.use_private_key_file(config.key, asio::ssl::context::pem, error);
+  context.use_private_key_file(config.key, ssl::context::pem, error);
   const bool other =
       ERR_GET_REASON(static_cast<unsigned>(error.value())) == X509_R_KEY_VALUES_MISMATCH;
   if (other || (!error && SSL_CTX_check_private_key(context.native_handle()) != 1)) {

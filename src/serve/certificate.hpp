@@ -5,13 +5,14 @@
 
 #include <optional>
 
+#include <boost/asio/ssl/context.hpp>
+
 #include "nadir/serve/web_server.hpp"
-#include "stream.hpp"
 
 namespace nadir::serve {
 
 /// None when no certificate is configured. Throws InputError naming the setting, the fault and the
 /// remedy.
-std::optional<asio::ssl::context> tls_context(const Config& config);
+std::optional<boost::asio::ssl::context> tls_context(const Config& config);
 
 }  // namespace nadir::serve
