@@ -7,6 +7,7 @@ find_package(Ceres 2.1 REQUIRED)                      # odometry (self-calibrati
 find_package(PNG REQUIRED)                            # image_io
 find_package(TIFF REQUIRED)                           # image_io
 find_package(Boost 1.74 REQUIRED)                     # serve (Beast and Asio, header-only)
+find_package(OpenSSL 3 REQUIRED)                       # serve
 find_package(nlohmann_json 3.11 REQUIRED)             # record, app
 find_package(CLI11 REQUIRED)                          # app
 find_package(tomlplusplus 3.3 REQUIRED)                # app

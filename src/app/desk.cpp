@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <charconv>
 #include <cmath>
+#include <cstdio>
 #include <nlohmann/json.hpp>
 #include <utility>
 
@@ -258,14 +259,23 @@ Answer Desk::give(PageCommand command) {
   return refused(409, "that cannot be done now");
 }
 
-std::optional<std::string> url_for_others(const serve::Config& config) {
+serve::Config with_usable_certificate(serve::Config config) {
+  const std::string fault = serve::certificate_fault(config);
+  if (fault.empty()) return config;
+  std::fprintf(stderr, "%s; until then there is no https\n", fault.c_str());
+  config.certificate.clear();
+  config.key.clear();
+  return config;
+}
+
+std::optional<std::string> url_for_others(serve::Config config) {
   if (config.port == 0) return std::nullopt;
-  const bool everywhere = config.address == "0.0.0.0" || config.address == "::";
-  const std::string& address =
-      everywhere && !config.names.empty() ? config.names.front() : config.address;
+  std::string& address = config.address;
+  const bool everywhere = address == "0.0.0.0" || address == "::";
+  if (everywhere && !config.names.empty()) address = config.names.front();
   const bool local =
       address.starts_with("127.") || address == "::1" || address == "0.0.0.0" || address == "::";
-  return local ? std::nullopt : std::optional(page_url(address, config.port) + '/');
+  return local ? std::nullopt : std::optional(page_url(config, config.port) + '/');
 }
 
 }  // namespace nadir::app

@@ -57,7 +57,11 @@ class Desk {
   Control control_;
 };
 
-/// Where the page is found under a name of this device; none when it is for this machine only.
-std::optional<std::string> url_for_others(const serve::Config& config);
+/// Without a certificate that cannot be used, which is told on stderr: the page is plain then.
+serve::Config with_usable_certificate(serve::Config config);
+
+/// Where the page is found under a name of this device, by https with a certificate; none when it
+/// is for this machine only.
+std::optional<std::string> url_for_others(serve::Config config);
 
 }  // namespace nadir::app

@@ -88,14 +88,17 @@ int finish_dive(const EndOfDive& end) {
 }
 
 // A page asked for under "every address" would be refused: it is nobody's name.
-std::string page_url(const std::string& address, std::uint16_t port) {
+std::string page_url(const serve::Config& config, std::uint16_t port) {
+  const std::string& address = config.address;
   std::string host = address;
   if (address == "0.0.0.0" || address == "::") {
     host = "localhost";
   } else if (address.find(':') != std::string::npos) {
     host = '[' + address + ']';
   }
-  return "http://" + host + ':' + std::to_string(port);
+  const bool here = host == "localhost" || host.starts_with("127.") || host == "[::1]";
+  const bool secure = !config.certificate.empty() && !here;
+  return (secure ? "https://" : "http://") + host + ':' + std::to_string(port);
 }
 
 }  // namespace nadir::app

@@ -30,7 +30,8 @@ struct EndOfDive {
 /// all were. Throws what a stage threw, after that.
 int finish_dive(const EndOfDive& end);
 
-/// Where a browser of this machine finds the page.
-std::string page_url(const std::string& address, std::uint16_t port);
+/// Where a browser finds the page: by https where a certificate is configured and the address is
+/// not this machine's alone.
+std::string page_url(const serve::Config& config, std::uint16_t port);
 
 }  // namespace nadir::app

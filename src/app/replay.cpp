@@ -75,8 +75,7 @@ int run(const Replay& replay) {
   record::Dive dive(replay.dive, dive_info(input, engine(replay), config), config.record);
   LiveDive* const live = desk ? &desk->live() : nullptr;
   if (live) live->begin(replay.dive);
-  if (server)
-    std::fprintf(stderr, "the map: %s\n", page_url(config.serve.address, server->port()).c_str());
+  if (server) std::fprintf(stderr, "the map: %s\n", page_url(config.serve, server->port()).c_str());
 
   Progress progress(source.size(), stderr);
   const auto next = [&](const std::stop_token&) -> std::optional<capture::Captured> {

@@ -36,7 +36,7 @@ std::unique_ptr<serve::WebServer> open_page(const serve::Config& config,
                                                 serve::Listen::in_time, handlers);
   }
   if (server->port() != 0) {
-    std::fprintf(stderr, "the map: %s\n", page_url(config.address, server->port()).c_str());
+    std::fprintf(stderr, "the map: %s\n", page_url(config, server->port()).c_str());
   } else {
     std::fprintf(stderr, "%s; it is tried every second\n", server->listen_fault().c_str());
   }
@@ -95,8 +95,9 @@ int run(const Run& live) {
     if (!manager.is_there()) throw;
     return wait_for_settings(live, error.what(), manager, heart, stop.get_token());
   }
-  Desk desk(config.record.dives, token_of(config), url_for_others(config.serve));
-  const auto server = open_page(config.serve, manager, desk.handlers());
+  const serve::Config serving = with_usable_certificate(config.serve);
+  Desk desk(config.record.dives, token_of(config), url_for_others(serving));
+  const auto server = open_page(serving, manager, desk.handlers());
   manager.ready();
   const Recoveries recoveries(unfinished_dives(config.record.dives));
   return Service(config, manager, heart, *server, desk, stop.get_token()).run();

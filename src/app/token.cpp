@@ -44,8 +44,9 @@ std::string as_qr_code(const std::string& text) {
 int run(const ShowToken& verb) {
   const Config config = configured(settings_of_service(verb.settings));
   const std::string token = read_token(token_file(config.record.dives));
-  const std::string here = page_url(config.serve.address, config.serve.port) + '/';
-  const std::string url = url_for_others(config.serve).value_or(here) + "#token=" + token;
+  const serve::Config serving = with_usable_certificate(config.serve);
+  const std::string here = page_url(serving, serving.port) + '/';
+  const std::string url = url_for_others(serving).value_or(here) + "#token=" + token;
   std::printf("%s\n%s\n", token.c_str(), url.c_str());
   if (::isatty(STDOUT_FILENO) == 1) std::fputs(as_qr_code(url).c_str(), stdout);
   return 0;

@@ -12,6 +12,7 @@
 #include <boost/beast/core/flat_buffer.hpp>
 #include <boost/beast/http.hpp>
 
+#include "certificate.hpp"
 #include "http_request.hpp"
 
 namespace nadir::serve {
@@ -19,6 +20,7 @@ namespace {
 
 constexpr std::size_t kHeaderBytes = 8 << 10;
 constexpr std::size_t kChunkBytes = 64 << 10;  // of a download, read while none is written
+constexpr char kHandshakeRecord = 0x16;        // RFC 8446, 5.1; no method begins with it
 constexpr std::size_t kMostCalls = 8, kMostDownloads = 8;
 
 using Response = http::response<http::span_body<const char>>;
@@ -85,11 +87,11 @@ asio::awaitable<error_code> write(Stream& stream, Response& response, Clock::dur
 /// Closing on what was not read would reset the connection and take the answer with it.
 asio::awaitable<void> hang_up(Stream& stream, Clock::duration patience) {
   error_code error;
-  stream.socket().shutdown(tcp::socket::shutdown_send, error);
   stream.expires_after(patience);
+  co_await stream.end_output();
   std::array<char, 4096> rest;
   for (int reads = 0; reads < 16 && !error; ++reads) {
-    co_await stream.async_read_some(asio::buffer(rest), noting(error));
+    co_await stream.plain().async_read_some(asio::buffer(rest), noting(error));
   }
 }
 
@@ -122,22 +124,39 @@ struct Front::Reading {
 };
 
 Front::Front(const Config& config, Shared& shared, std::vector<Asset> assets, Handlers handlers)
-    : config_(config), shared_(shared), handlers_(std::move(handlers)) {
+    : config_(config), shared_(shared), tls_(tls_context(config)), handlers_(std::move(handlers)) {
   for (Asset& asset : assets) assets_.emplace(asset.path, asset);
+}
+
+/// The first byte tells who speaks TLS.
+asio::awaitable<error_code> Front::begin(Stream& stream, Reading& reading) {
+  error_code error;
+  const asio::mutable_buffer room = reading.buffer.prepare(1);
+  const std::size_t got = co_await stream.async_read_some(room, noting(error));
+  reading.buffer.commit(got);
+  const asio::const_buffer begun = reading.buffer.data();
+  if (error || *static_cast<const char*>(begun.data()) != kHandshakeRecord) co_return error;
+  error = co_await stream.begin_tls(*tls_, begun);
+  reading.buffer.clear();
+  co_return error;
 }
 
 asio::awaitable<std::optional<HttpRequest>> Front::answer(Stream& stream) {
   Reading reading;
   error_code error;
   stream.expires_after(shared_.timeouts.header);
-  co_await http::async_read_header(stream, reading.buffer, reading.parser, noting(error));
+  if (tls_) error = co_await begin(stream, reading);
+  if (!error) {
+    co_await http::async_read_header(stream, reading.buffer, reading.parser, noting(error));
+  }
   if (error) {
     if (const auto refusal = refusal_of_reading(error)) co_await refuse(stream, *refusal);
     co_return std::nullopt;
   }
   const HttpRequest& request = reading.parser.get();
   // A body, or anything sent before the answer, as before a WebSocket is open.
-  const Request question = plain(request, reading.buffer.size() > 0 || reading.body());
+  Request question = plain(request, reading.buffer.size() > 0 || reading.body());
+  question.tls = stream.is_tls();
   const std::string_view path = path_of(question.target);
   const bool call = handlers_.call && is_call(path) && !question.upgrade;
   const auto asset = assets_.find(path);
@@ -303,7 +322,7 @@ asio::awaitable<void> Front::send_asset(Stream& stream, const HttpRequest& reque
   response.set(http::field::content_type, asset.content_type);
   response.set(http::field::content_encoding, "gzip");
   response.set(http::field::cache_control, "no-cache");
-  response.set("Content-Security-Policy", content_security_policy(host));
+  response.set("Content-Security-Policy", content_security_policy(host, stream.is_tls()));
   response.set("Referrer-Policy", "no-referrer");
   response.body() = {reinterpret_cast<const char*>(asset.gzip.data()), asset.gzip.size()};
   set_common(response);

@@ -21,7 +21,7 @@ namespace nadir::serve {
 
 class Front {
  public:
-  /// config and shared outlive it.
+  /// config and shared outlive it. Throws certificate_fault() as InputError.
   Front(const Config& config, Shared& shared, std::vector<Asset> assets, Handlers handlers);
 
   /// The request when it is a proper one for the feed; else it was answered.
@@ -34,6 +34,7 @@ class Front {
 
  private:
   struct Reading;
+  asio::awaitable<error_code> begin(Stream& stream, Reading& reading);
   asio::awaitable<void> answer_call(Stream& stream, Reading& reading);
   asio::awaitable<void> send(Stream& stream, const Answer& answer);
   asio::awaitable<void> send_file(Stream& stream, const HttpRequest& request, const Answer& answer);
@@ -42,6 +43,7 @@ class Front {
 
   const Config& config_;
   Shared& shared_;
+  std::optional<asio::ssl::context> tls_;
   std::map<std::string, Asset, std::less<>> assets_;
   const Handlers handlers_;
   Count calls_ = 0, downloads_ = 0;

@@ -70,7 +70,7 @@ std::optional<Refusal> refusal_of(const Request& request, std::string_view local
   if (*host != "localhost" && *host != local_address && !named) {
     return Refusal{421, "this device does not go by that name (serve.names)"};
   }
-  const std::string own = "http://" + std::string(request.hosts[0]);
+  const std::string own = (request.tls ? "https://" : "http://") + std::string(request.hosts[0]);
   const bool from_own_page = request.origins.size() == 1 && request.origins[0] == own;
   if (request.upgrade) {
     if (!from_own_page) return Refusal{403, "the feed is for the page of this device only"};
@@ -92,8 +92,9 @@ std::string_view path_of(std::string_view target) {
   return path == "/" ? "/index.html" : path;
 }
 
-std::string content_security_policy(std::string_view host) {
-  return "default-src 'self'; connect-src 'self' ws://" + std::string(host) +
+std::string content_security_policy(std::string_view host, bool tls) {
+  return "default-src 'self'; connect-src 'self' " + std::string(tls ? "wss://" : "ws://") +
+         std::string(host) +
          "; img-src 'self' blob: data:; object-src 'none'; base-uri 'none'; form-action 'none'; "
          "frame-ancestors 'none'";
 }

@@ -18,6 +18,7 @@ struct Request {
   std::optional<std::string_view> accept_encoding;
   bool upgrade = false;  ///< to WebSocket
   bool body = false;
+  bool tls = false;  ///< over which it came
 };
 
 struct Refusal {
@@ -37,6 +38,6 @@ std::string_view path_of(std::string_view target);
 
 /// host: the request's, which was not refused. Names the feed too: 'self' does not cover ws: in
 /// older browsers.
-std::string content_security_policy(std::string_view host);
+std::string content_security_policy(std::string_view host, bool tls);
 
 }  // namespace nadir::serve

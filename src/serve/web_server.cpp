@@ -64,6 +64,11 @@ void Config::check() const {
     if (!good) throw InputError(what);
   };
   if (error) throw InputError("serve.address: '" + address + "' is no IP address, as 0.0.0.0 is");
+  if (certificate.empty() != key.empty()) {
+    throw InputError(std::string(key.empty() ? "serve.key" : "serve.certificate") +
+                     " is missing: serve.certificate and serve.key are needed together; name both "
+                     "files or neither");
+  }
   require(max_clients > 0, "serve.max_clients: at least 1 is needed");
   require(client_bytes >= 16384 && client_bytes <= 1u << 24,
           "serve.client_bytes: 16384 to 16777216 are possible");

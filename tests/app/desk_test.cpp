@@ -271,6 +271,11 @@ TEST(UrlForOthers, IsANameOfThisDeviceWhereItServesAllNetworks) {
   EXPECT_EQ(url_for_others(config), std::nullopt);
   config.address = "192.168.2.2";
   EXPECT_EQ(url_for_others(config), "http://192.168.2.2:8765/");
+  config.certificate = config.key = "/nonexistent.pem";
+  EXPECT_EQ(url_for_others(config), "https://192.168.2.2:8765/");
+  EXPECT_EQ(url_for_others(with_usable_certificate(config)), "http://192.168.2.2:8765/");
+  config.address = "::1";
+  EXPECT_EQ(url_for_others(config), std::nullopt);
 }
 
 }  // namespace

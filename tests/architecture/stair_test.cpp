@@ -32,6 +32,7 @@ const std::vector<std::pair<std::regex, std::set<std::string>>> kLibraries = {
     {std::regex("libcamera/.*|linux/videodev2\\.h"), {"capture"}},
     {std::regex("GeographicLib/.*"), {"reference"}},
     {std::regex("boost/.*"), {"sensors", "serve"}},
+    {std::regex("openssl/.*"), {"serve"}},
     {std::regex("turbojpeg\\.h|png\\.h|tiffio\\.h|jpeglib\\.h|isa-l.*"), {"image_io"}},
     {std::regex("libdeflate\\.h"), {"image_io", "record"}},  // record: CRC-32
     {std::regex("yaml-cpp/.*|pugixml\\.hpp|opencv2/core/persistence\\.hpp"), {"calibration"}},

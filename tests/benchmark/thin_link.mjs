@@ -87,7 +87,7 @@ makeLink();
 const program = path.join(folder, "chromium");
 writeFileSync(program, `#!/bin/sh\nexec ip netns exec ${SPACE} ${process.env.NADIR_CHROMIUM ?? "/usr/bin/chromium"} "$@"\n`);
 chmodSync(program, 0o755);
-const browser = await harness.chromium(program);
+const browser = await harness.chromium({ program });
 const port = await harness.freePort();
 const run = await harness.replay(survey, path.join(folder, "dive"), port, "--rate", RATE_HZ, "--keep-serving", "--serve", `0.0.0.0:${port}`);
 const made = watch(port);

@@ -89,7 +89,7 @@ export async function lineTo(port) {
 /** The device's name to other computers; here it is this one. */
 export const DEVICE = "nadir.local";
 
-export async function chromium(program = CHROMIUM) {
+export async function chromium({ program = CHROMIUM, more = [] } = {}) {
   const require = createRequire(path.join(ROOT, "web/package.json"));
   return require("playwright-core").chromium.launch({
     executablePath: program,
@@ -103,6 +103,7 @@ export async function chromium(program = CHROMIUM) {
       "--disable-sync",
       "--disable-component-update",
       `--host-resolver-rules=MAP ${DEVICE} 127.0.0.1`,
+      ...more,
     ],
   });
 }

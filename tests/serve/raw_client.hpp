@@ -56,17 +56,18 @@ class RawClient {
         connected_(other.connected_),
         input_(std::move(other.input_)) {}
   RawClient& operator=(RawClient&&) = delete;
-  ~RawClient() {
+  virtual ~RawClient() {
     if (socket_ >= 0) ::close(socket_);
   }
 
   bool connected() const { return connected_; }
   std::string host() const { return "127.0.0.1:" + std::to_string(port_); }
+  virtual std::string origin() const { return "http://" + host(); }
 
   /// False when the server no longer takes it.
   bool send(std::string_view text) {
     while (!text.empty()) {
-      const ssize_t sent = ::send(socket_, text.data(), text.size(), MSG_NOSIGNAL);
+      const ssize_t sent = write(text);
       if (sent <= 0) return false;
       text.remove_prefix(static_cast<std::size_t>(sent));
     }
@@ -91,7 +92,7 @@ class RawClient {
   }
 
   std::string upgrade_request(const std::string& target = "/feed") const {
-    return "GET " + target + " HTTP/1.1\r\nHost: " + host() + "\r\nOrigin: http://" + host() +
+    return "GET " + target + " HTTP/1.1\r\nHost: " + host() + "\r\nOrigin: " + origin() +
            "\r\nUpgrade: websocket\r\nConnection: Upgrade\r\nSec-WebSocket-Version: 13\r\n"
            "Sec-WebSocket-Key: dGhlIHNhbXBsZSBub25jZQ==\r\n\r\n";
   }
@@ -170,12 +171,21 @@ class RawClient {
     return messages;
   }
 
+ protected:
+  int socket() const { return socket_; }
+  virtual ssize_t write(std::string_view text) {
+    return ::send(socket_, text.data(), text.size(), MSG_NOSIGNAL);
+  }
+  virtual ssize_t read(char* into, std::size_t size) { return ::recv(socket_, into, size, 0); }
+  /// Whether read() has something without waiting for the socket.
+  virtual bool pending() const { return false; }
+
  private:
   bool receive(int patience_ms = kPatience) {
     pollfd ready{socket_, POLLIN, 0};
-    if (::poll(&ready, 1, patience_ms) <= 0) return false;
+    if (!pending() && ::poll(&ready, 1, patience_ms) <= 0) return false;
     char bytes[4096];
-    const ssize_t size = ::recv(socket_, bytes, sizeof bytes, 0);
+    const ssize_t size = read(bytes, sizeof bytes);
     ended_ = size <= 0;
     if (!ended_) input_.append(bytes, static_cast<std::size_t>(size));
     return !ended_;

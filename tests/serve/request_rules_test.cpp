@@ -60,6 +60,16 @@ TEST(RequestRules, OpenTheFeedToThePageOfTheSameHostOnly) {
             403u);
 }
 
+TEST(RequestRules, TakeAPageForTheirOwnByTheSchemeOfItsConnection) {
+  for (const bool tls : {false, true}) {
+    Request secure = feed("localhost", {"https://localhost"});
+    Request plain = feed("localhost", {"http://localhost"});
+    secure.tls = plain.tls = tls;
+    EXPECT_EQ(status(secure), tls ? 200u : 403u);
+    EXPECT_EQ(status(plain), tls ? 403u : 200u);
+  }
+}
+
 TEST(RequestRules, UnderstandOnlyAPlainGet) {
   for (const auto* method : {"POST", "HEAD", "PUT", "OPTIONS", "get"}) {
     EXPECT_EQ(status({method, "/", {"localhost"}, {}, "gzip"}), 405u) << method;

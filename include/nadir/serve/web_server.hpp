@@ -30,16 +30,25 @@ struct Config {
   /// Host names this device goes by beside localhost; by default what mDNS (avahi) makes of a
   /// computer called nadir.
   std::vector<std::string> names{"nadir.local"};
+  /// PEM files, both or neither: with them who begins with TLS is answered with TLS, on the same
+  /// port.
+  std::string certificate;                 ///< may be followed by its chain
+  std::string key;                         ///< without a passphrase
   std::size_t max_clients = 32;            ///< viewers at a time
   std::size_t client_bytes = 128 << 10;    ///< kernel send buffer of a viewer: what may be stale
   std::size_t retained_bytes = 64u << 20;  ///< of records kept for late viewers; oldest data go
-  double header_timeout = 5;               ///< s, for a header and for the hello; a body: twice
+  double header_timeout = 5;               ///< s, for a header (with TLS's handshake) and for the
+                                           ///< hello; a body: twice
   double idle_timeout = 10;                ///< s without an answer to a ping
   double stall_timeout = 30;               ///< s in which nothing was taken of what is sent
 
   /// Throws InputError.
   void check() const;
 };
+
+/// Why the configured certificate cannot be used, with the remedy; empty when it can, or when there
+/// is none.
+std::string certificate_fault(const Config& config);
 
 /// A file of the page, compiled into the binary.
 struct Asset {
@@ -66,7 +75,8 @@ enum class Listen {
 
 class WebServer {
  public:
-  /// Throws InputError when it cannot listen, with the address and the remedy.
+  /// Throws InputError when it cannot listen, with the address and the remedy, and with
+  /// certificate_fault().
   /// listening: a TCP socket that does already, of systemd; instead of address and port. Owned from
   /// then on.
   WebServer(Config config, std::vector<Asset> assets, std::optional<int> listening = {},
