@@ -159,6 +159,7 @@ int run(const Run& live) {
   }
   Desk desk(config.record.dives, token_of(config), url_for_others(config.serve));
   const auto server = open_page(config.serve, manager, desk.handlers());
+  desk.serve_by(*server, config.serve.retained_bytes);
   manager.ready();
   const Recoveries recoveries(unfinished_dives(config.record.dives));
   Publisher page(server->feed(), "live", 0, config, &desk.live());
