@@ -178,7 +178,7 @@ export const S = {
     live: "Back to the live view",
     opening: "is being opened",
     reading: (images: string) => `is being read, ${images} images so far`,
-    read: (images: string) => `${images} images, all of them shown`,
+    read: (images: string) => `${images} images, read to its end`,
     letGo: (parts: string) => `too large to be shown whole: ${parts} parts left out, its oldest colours and points first`,
     gone: "is not on the device any more",
     busy: "waits until another recorded dive is closed: two are open, and watched",
