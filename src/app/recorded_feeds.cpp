@@ -57,7 +57,7 @@ class RecordedFeeds::Reading {
         stamp_(stamp_of(dive_)),
         unwatched_(unwatched),
         feed_(feed),
-        thread_([this, feed]() mutable { run(std::move(feed)); }) {}
+        thread_([this, held = feed]() mutable { run(std::move(held)); }) {}
   ~Reading() { end(); }
   Reading(const Reading&) = delete;
   Reading& operator=(const Reading&) = delete;
@@ -185,7 +185,7 @@ std::shared_ptr<serve::Feed> RecordedFeeds::find(const fs::path& dive) {
     return reading->is_of(dive) && !reading->is_ending();
   });
   if (known != readings_.end() && !(*known)->is_current()) (*known)->end();
-  if (const auto feed = known != readings_.end() ? (*known)->feed() : nullptr) {
+  if (auto feed = known != readings_.end() ? (*known)->feed() : nullptr) {
     std::rotate(known, std::next(known), readings_.end());
     return feed;
   }
