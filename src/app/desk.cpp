@@ -114,6 +114,15 @@ Desk::Desk(const fs::path& dives, std::string token, std::optional<std::string> 
       control_(std::move(token),
                [this](const std::string& controller) { live_.set_controller(controller); }) {}
 
+void Desk::serve_by(const serve::WebServer& server, std::size_t retained_bytes) {
+  feeds_.make_by([&server, retained_bytes] { return server.make_feed(retained_bytes); });
+}
+
+std::shared_ptr<serve::Feed> Desk::recorded(const std::string& query) {
+  const auto folder = dives_.recorded(value_of(query, "dive"));
+  return folder ? feeds_.find(*folder) : nullptr;
+}
+
 Answer Desk::answer(const Call& call) {
   const Steps steps = steps_of(call.path);
   if (call.method == "GET") return look_up(call, steps);
@@ -241,6 +250,7 @@ Answer Desk::remove_mark(std::string_view mark) {
 }
 
 Answer Desk::remove_dive(const std::string& dive) {
+  if (const auto folder = dives_.recorded(dive)) feeds_.close(*folder);
   switch (dives_.remove(dive)) {
     case Dives::Removal::done:
       return answered(200, json::object());

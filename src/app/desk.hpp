@@ -1,11 +1,13 @@
 // SPDX-FileCopyrightText: nadir contributors
 // SPDX-License-Identifier: Apache-2.0
 // What pages may ask of this device beside the feed, and who may command it. Looking is free;
-// commanding takes the device's token, and control, which one page has at a time.
+// commanding takes the device's token, and control, which one page has at a time. Recorded dives
+// are feeds: dive=ID.
 #pragma once
 
 #include <filesystem>
 #include <functional>
+#include <memory>
 #include <optional>
 #include <string>
 #include <string_view>
@@ -16,6 +18,7 @@
 #include "dives.hpp"
 #include "live_dive.hpp"
 #include "nadir/serve/web_server.hpp"
+#include "recorded_feeds.hpp"
 
 namespace nadir::app {
 
@@ -29,14 +32,19 @@ class Desk {
   serve::Answer answer(const serve::Call& call);
   /// Refers to this.
   serve::Handlers handlers() {
-    return {[this](const serve::Call& call) { return answer(call); }, {}};
+    return {[this](const serve::Call& call) { return answer(call); },
+            [this](const std::string& query) { return recorded(query); }};
   }
+  /// Recorded dives are shown from now on, each in a feed of retained_bytes. The server has the
+  /// handlers of this, and ends before this does.
+  void serve_by(const serve::WebServer& server, std::size_t retained_bytes);
 
   LiveDive& live() { return live_; }
   Commands& commands() { return commands_; }
 
  private:
   using Steps = std::vector<std::string_view>;
+  std::shared_ptr<serve::Feed> recorded(const std::string& query);
   serve::Answer look_up(const serve::Call& call, const Steps& steps);
   serve::Answer look_up_dive(const serve::Call& call, const Steps& steps);
   serve::Answer show_token(const serve::Call& call) const;
@@ -55,6 +63,7 @@ class Desk {
   Commands commands_;
   Dives dives_;
   Control control_;
+  RecordedFeeds feeds_;
 };
 
 /// Without a certificate that cannot be used, which is told on stderr: the page is plain then.

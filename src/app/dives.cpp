@@ -245,6 +245,11 @@ std::optional<serve::Download> Dives::archive(const std::string& dive) {
       [tar](std::uint64_t from, std::span<char> into) { return tar->read(from, into); }};
 }
 
+std::optional<fs::path> Dives::recorded(const std::string& dive) const {
+  const auto found = find(dive);
+  return found && !is_live(found->name) ? std::optional(folder_ / found->name) : std::nullopt;
+}
+
 Dives::Removal Dives::remove(const std::string& dive) {
   const auto found = find(dive);
   if (!found) return Removal::unknown;

@@ -35,6 +35,9 @@ class Dives {
   /// All of it.
   std::optional<serve::Download> archive(const std::string& dive);
 
+  /// Where it lies; none when there is no such dive, or it is being recorded.
+  std::optional<std::filesystem::path> recorded(const std::string& dive) const;
+
   enum class Removal { done, unknown, in_use, failed };
   /// Cut off at any instant, the dive is there whole or is none any more.
   Removal remove(const std::string& dive);

@@ -63,7 +63,8 @@ void Gauges::observe(const Orientation& orientation) {
   health_ = orientation.health;
   attitude_ = shot->frame ? shot->frame->attitude : std::nullopt;
   depth_ = shot->frame ? shot->frame->depth : std::nullopt;
-  if (!shot->frame || shot->frame->rig == rig_) return;
+  // A recorded dive has no camera.
+  if (!shot->frame || !shot->frame->rig || shot->frame->rig == rig_) return;
   rig_ = shot->frame->rig;
   view_ = view_of(rig_->left);
 }
@@ -83,6 +84,7 @@ const ImagePose* Gauges::before_newest() const {
 }
 
 std::optional<double> Gauges::depth_in_view() const {
+  if (!rig_) return std::nullopt;
   const Rigid3 camera_from_survey = newest()->survey_from_camera.inverse();
   const CameraModel& camera = rig_->left;
   std::vector<double> depths;

@@ -10,7 +10,8 @@ namespace nadir::app {
 
 std::optional<double> ImageSpeed::observe(const Orientation& orientation) {
   if (orientation.window) window_ = orientation.window;
-  if (!orientation.shot || !orientation.shot->frame) return std::nullopt;
+  const Shot* shot = orientation.shot.get();
+  if (!shot || !shot->frame || !shot->frame->rig) return std::nullopt;
   const auto newest =
       std::ranges::find(orientation.poses, orientation.shot->image, &ImagePose::image);
   if (newest == orientation.poses.end()) {

@@ -41,6 +41,7 @@ const TiePointPlaces kNoTiePoints;
 /// Those of the window that the shot's image shows; none when it has no pose.
 TiePointPlaces tie_points_in(const Orientation& orientation, const Window& window) {
   const Frame& frame = *orientation.shot->frame;
+  if (!frame.rig) return {};
   const auto pose = std::find_if(orientation.poses.begin(), orientation.poses.end(),
                                  [&](const ImagePose& p) { return p.image == frame.image; });
   if (pose == orientation.poses.end()) return {};
@@ -68,6 +69,17 @@ cv::Mat at_most(int width, const cv::Mat& image) {
   return small;
 }
 
+/// The newest image that the window, which has tie points, was adjusted with.
+std::uint64_t newest_of(const Window& window, const Orientation& orientation) {
+  if (!window.images.empty()) return window.images.back().image;
+  // A recorded one has no images, but they are among those that were oriented with it.
+  std::uint64_t newest = orientation.shot ? orientation.shot->image : 0;
+  for (const ImagePose& pose : orientation.poses) {
+    if (pose.key_frame) newest = pose.image;
+  }
+  return newest;
+}
+
 wire::CameraInfo camera_info(const CameraModel& camera) {
   return {static_cast<std::uint32_t>(camera.width),
           static_cast<std::uint32_t>(camera.height),
@@ -89,6 +101,15 @@ Publisher::Publisher(std::shared_ptr<serve::Feed> feed, std::string input,
   live_->tell([this](const wire::Recording& recording) { send(serve::Lane::state, recording); });
 }
 
+Publisher::Publisher(std::shared_ptr<serve::Feed> feed, RecordedDive dive)
+    : feed_(std::move(feed)), live_(nullptr), guide_({}), recorded_(wire::Recording{}) {
+  recorded_->phase = wire::Phase::ended;
+  recorded_->name = dive.name;
+  send(serve::Lane::state, *recorded_);
+  state_.input = std::move(dive.name);
+  send_state();
+}
+
 Publisher::~Publisher() {
   if (live_) live_->tell({});
 }
@@ -104,11 +125,18 @@ void Publisher::send_state() {
   while (recent_.size() > 2 && now - recent_[1].first > kRatePeriod) recent_.pop_front();
   const auto& [since, captured] = recent_.front();
   const double elapsed = std::chrono::duration<double>(now - since).count();
-  state_.rate_hz = elapsed > 0 ? static_cast<double>(state_.captured - captured) / elapsed : 0;
+  if (!recorded_)
+    state_.rate_hz = elapsed > 0 ? static_cast<double>(state_.captured - captured) / elapsed : 0;
   send(serve::Lane::state, state_);
 }
 
-void Publisher::send(const Guide::Told& told) {
+void Publisher::send(Guide::Told told) {
+  if (recorded_) {
+    told.measures.reset();
+    told.last_view.reset();
+    told.way_back.reset();
+    if (told.guidance) told.guidance->gaps.clear();
+  }
   for (const wire::CoverageTile& tile : told.tiles) send(serve::Lane::data, tile);
   if (told.guidance) send(serve::Lane::state, *told.guidance);
   if (told.measures) send(serve::Lane::state, *told.measures);
@@ -124,6 +152,7 @@ void Publisher::publish(const Orientation& orientation) {
     state_.dropped += shot->dropped_before + shot->missed_before + (shot->frame ? 0 : 1);
     state_.image = shot->image;
     state_.time = shot->time;
+    if (recorded_) count_recorded(*shot);
     for (const Alert& alert : shot->alerts) publish(alert);
     // A recorded dive has no pixels.
     if (shot->frame && !shot->frame->colour.empty()) live = send_live_image(orientation);
@@ -136,7 +165,8 @@ void Publisher::publish(const Orientation& orientation) {
   if (orientation.window) {
     for (const wire::TiePoints& block :
          tie_points_.update(orientation.window->tie_points, orientation.window->given_up)) {
-      seen_[block.block] = {orientation.window->submap, orientation.window->images.back().image};
+      seen_[block.block] = {orientation.window->submap,
+                            newest_of(*orientation.window, orientation)};
       send_corrected(block);
     }
     const auto corrected = scales_.find(orientation.window->submap);
@@ -155,11 +185,18 @@ void Publisher::publish(const Orientation& orientation) {
   send(guide_.tell(Clock::now()));
 }
 
+void Publisher::count_recorded(const Shot& shot) {
+  if (recorded_->saved++ == 0) recorded_->began = shot.time;
+  send(serve::Lane::state, *recorded_);
+}
+
 // None when the last was sent just now.
 std::optional<wire::LiveImage> Publisher::send_live_image(const Orientation& orientation) {
   const Frame& frame = *orientation.shot->frame;
-  if (!camera_sent_) send(serve::Lane::state, camera_info(frame.rig->left));
-  camera_sent_ = true;
+  if (!camera_sent_ && frame.rig) {
+    send(serve::Lane::state, camera_info(frame.rig->left));
+    camera_sent_ = true;
+  }
   const Clock::time_point now = Clock::now();
   if (now - live_sent_ < (slow_ ? kSlowLivePeriod : kLivePeriod)) return std::nullopt;
   live_sent_ = now;
@@ -197,7 +234,17 @@ void Publisher::publish(const MosaicUpdate& mosaic) {
   const auto [known, is_new] =
       mosaics_.try_emplace(mosaic.grid->mosaic, std::pair(*mosaic.grid, image));
   if (is_new) send_corrected(known->second.first, image);
-  for (const auto& tile : mosaic.tiles) {
+  send_tiles(mosaic.tiles);
+}
+
+void Publisher::publish_corrected(const MosaicGrid& grid,
+                                  const std::vector<std::shared_ptr<const Tile>>& tiles) {
+  if (mosaics_.try_emplace(grid.mosaic, grid, 0).second) send(serve::Lane::state, grid);
+  send_tiles(tiles);
+}
+
+void Publisher::send_tiles(const std::vector<std::shared_ptr<const Tile>>& tiles) {
+  for (const auto& tile : tiles) {
     tiles_.insert({tile->mosaic, tile->column, tile->row});
     send(serve::Lane::data, encoded(*tile));
   }
@@ -311,12 +358,19 @@ void Publisher::publish(const std::vector<StageStats>& stages) {
   send(serve::Lane::state, wire::Statistics{stages});
 }
 
-void Publisher::finish(std::uint32_t dropped_at_end) {
+void Publisher::finish(std::uint64_t dropped_at_end) {
   state_.captured += dropped_at_end;
   state_.dropped += dropped_at_end;
   state_.finished = true;
   send(guide_.finish());
   send_state();
+}
+
+void Publisher::finish_recorded(std::uint64_t captured) {
+  // A server short of memory lets go the oldest: of a long dive rather colours than its path.
+  for (const auto& [image, pose] : poses_) send_corrected(pose);
+  state_.images_total = captured;
+  finish(captured - std::min(captured, state_.captured));
 }
 
 }  // namespace nadir::app

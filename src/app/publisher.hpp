@@ -22,6 +22,11 @@
 
 namespace nadir::app {
 
+/// A dive that record::give_again gives once more.
+struct RecordedDive {
+  std::string name;
+};
+
 /// One thread calls it; the viewers' counts are those of what it was given.
 class Publisher {
  public:
@@ -29,6 +34,8 @@ class Publisher {
   /// outlive this.
   Publisher(std::shared_ptr<serve::Feed> feed, std::string input, std::uint64_t images_total,
             const Config& config = {}, LiveDive* live = nullptr);
+  /// Without what concerns a diver of now: no dials, no rate, no way to swim.
+  Publisher(std::shared_ptr<serve::Feed> feed, RecordedDive dive);
   ~Publisher();
   Publisher(const Publisher&) = delete;
   Publisher& operator=(const Publisher&) = delete;
@@ -39,6 +46,9 @@ class Publisher {
   void publish(const Surface& surface);
   void publish(const Cloud& cloud);
   void publish(const MosaicUpdate& mosaic);
+  /// As they lie on the disk, corrected; after all revisions.
+  void publish_corrected(const MosaicGrid& grid,
+                         const std::vector<std::shared_ptr<const Tile>>& tiles);
   /// Places again what a correction moves; no pixels.
   void publish(const Revision& revision);
   void publish(const Alert& alert);
@@ -52,7 +62,9 @@ class Publisher {
   /// Without somebody who notes its free space. Before all else.
   void watch_disk(const std::filesystem::path& folder) { guide_.watch_disk(folder); }
   /// The dive is mapped; dropped_at_end: images dropped after the last shot.
-  void finish(std::uint32_t dropped_at_end);
+  void finish(std::uint64_t dropped_at_end);
+  /// The recorded dive was given; captured: images in all.
+  void finish_recorded(std::uint64_t captured);
 
  private:
   using Clock = std::chrono::steady_clock;
@@ -61,7 +73,9 @@ class Publisher {
   void send(serve::Lane lane, const Record& record);
   void send_state();
   std::optional<wire::LiveImage> send_live_image(const Orientation& orientation);
-  void send(const Guide::Told& told);
+  void send(Guide::Told told);
+  void send_tiles(const std::vector<std::shared_ptr<const Tile>>& tiles);
+  void count_recorded(const Shot& shot);
   void send_corrected(const ImagePose& pose);
   void send_corrected(wire::PlaneGrid grid);
   void send_corrected(const wire::TiePoints& block);
@@ -72,6 +86,7 @@ class Publisher {
   const std::shared_ptr<serve::Feed> feed_;
   LiveDive* const live_;
   Guide guide_;
+  std::optional<wire::Recording> recorded_;  ///< of a recorded dive
   wire::State state_;
   wire::TiePointBlocks tie_points_;
   // As odometry left them, to be sent again when corrected.

@@ -67,6 +67,7 @@ int run(const Replay& replay) {
     desk.emplace(dives_of(replay), new_token(), url_for_others(config.serve));
     server.emplace(config.serve, page_assets(), std::nullopt, serve::Listen::at_once,
                    desk->handlers());
+    desk->serve_by(*server, config.serve.retained_bytes);
     page.emplace(server->feed(), replay.folder.filename().string(), source.size(), config,
                  &desk->live());
     page->watch_disk(replay.dive);

@@ -98,6 +98,7 @@ int run(const Run& live) {
   const serve::Config serving = with_usable_certificate(config.serve);
   Desk desk(config.record.dives, token_of(config), url_for_others(serving));
   const auto server = open_page(serving, manager, desk.handlers());
+  desk.serve_by(*server, serving.retained_bytes);
   manager.ready();
   const Recoveries recoveries(unfinished_dives(config.record.dives));
   return Service(config, manager, heart, *server, desk, stop.get_token()).run();

@@ -268,15 +268,17 @@ ImageCounts Ledger::counts() const {
 Scale Ledger::scale() const { return least_certain(scales); }
 Scale Ledger::live_scale() const { return least_certain(live_scales); }
 
-Ledger read_ledger(const path& dive) {
+Ledger read_ledger(const path& dive, const std::stop_token& stop) {
   JournalReader journal(dive);
   Ledger ledger;
   ledger.about = nlohmann::json::object();
   std::uint64_t records = 0, unreadable = 0;
-  for (; const auto record = journal.next(); ++records) {
+  for (; !stop.stop_requested(); ++records) {
+    const auto record = journal.next();
+    if (!record) break;
     if (!add_record(*record, ledger)) ++unreadable;
   }
-  if (records == unreadable) {
+  if (records == unreadable && !stop.stop_requested()) {
     throw InputError(dive.string() +
                      ": no whole record in its journal: the recording was cut off as it began, or "
                      "the journal was damaged since; nothing can be made from it, and the files "

@@ -7,6 +7,7 @@
 #include <nlohmann/json.hpp>
 #include <optional>
 #include <set>
+#include <stop_token>
 #include <string>
 #include <unordered_map>
 #include <vector>
@@ -86,8 +87,8 @@ struct Ledger {
 
 /// With all poses, world files and mosaics' places as corrected (those that are in records, of tie
 /// points and grids, are not). Throws InputError as JournalReader does, and when not one record is
-/// whole.
-Ledger read_ledger(const path& dive);
+/// whole. When told to stop, of what was read by then.
+Ledger read_ledger(const path& dive, const std::stop_token& stop = {});
 
 /// First record and last of a journal.
 nlohmann::json begin_facts(const DiveInfo& info);

@@ -73,12 +73,14 @@ Entry entry_of(Facts facts, std::vector<Alert> alerts) {
   return entry;
 }
 
-void give_entries(const path& dive, const Recorded& to) {
+void give_entries(const path& dive, const Recorded& to, const std::stop_token& stop) {
   JournalReader journal(dive);
   std::vector<Alert> alerts;
-  while (const auto record = journal.next()) {
+  while (const auto record = stop.stop_requested() ? std::nullopt : journal.next()) {
     if (record->type == RecordType::alert) {
       if (const auto alert = decode_alert(record->payload)) alerts.push_back(*alert);
+    } else if (record->type == RecordType::mark && to.mark) {
+      if (const auto mark = decode_mark(record->payload)) to.mark(*mark);
     } else if (record->type == RecordType::shot) {
       auto facts = decode_facts(record->payload);
       if (!facts) continue;
@@ -105,16 +107,19 @@ std::optional<WorldFile> read_world(const path& name,
   return world;
 }
 
-void give_mosaic(const path& dive, const Ledger& ledger, MosaicGrid grid, const Recorded& to) {
+// False when it is left out, from a damaged row on.
+bool give_mosaic(const path& dive, const Ledger& ledger, MosaicGrid grid, const Recorded& to,
+                 const std::stop_token& stop) {
   const path name = dive / "mosaic2d" / ("mosaic-" + padded(grid.mosaic, 3));
   const auto world = read_world(path(name).concat(".pgw"), ledger.grid);
   std::ifstream file(path(name).concat(".png"), std::ios::binary);
   image_io::PngReader png(file);
-  if (!world || png.width() == 0) return;
+  if (!world || png.width() == 0) return false;
   // Its first pixel is that of a tile.
   grid.world = *world;
   cv::Mat strip(kSide, png.width(), CV_8UC4);
-  for (int row = 0; row < png.height() / kSide && png.rows(strip); ++row) {
+  for (int row = 0; row < png.height() / kSide && !stop.stop_requested(); ++row) {
+    if (!png.rows(strip)) return false;
     std::vector<std::shared_ptr<const Tile>> tiles;
     for (int column = 0; column < png.width() / kSide; ++column) {
       const cv::Mat bgra = strip.colRange(column * kSide, (column + 1) * kSide).clone();
@@ -125,14 +130,19 @@ void give_mosaic(const path& dive, const Ledger& ledger, MosaicGrid grid, const 
     }
     to.mosaic(grid, tiles);
   }
+  return true;
 }
 
 }  // namespace
 
-void give_again(const path& dive, const Recorded& to) {
-  const Ledger ledger = read_ledger(dive);
-  give_entries(dive, to);
-  for (const auto& [number, grid] : ledger.mosaics) give_mosaic(dive, ledger, grid, to);
+GivenAgain give_again(const path& dive, const Recorded& to, const std::stop_token& stop) {
+  const Ledger ledger = read_ledger(dive, stop);
+  give_entries(dive, to, stop);
+  GivenAgain given{ledger.counts().captured, ledger.missing_records};
+  for (const auto& [number, grid] : ledger.mosaics) {
+    if (!give_mosaic(dive, ledger, grid, to, stop)) ++given.mosaics_left_out;
+  }
+  return given;
 }
 
 }  // namespace nadir::record

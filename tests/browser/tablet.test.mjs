@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // The page as a hand in a glove uses it, on a tablet held either way: node --test tests/browser
 import assert from "node:assert/strict";
-import { mkdirSync, readFileSync, rmSync, readdirSync } from "node:fs";
+import { cpSync, existsSync, mkdirSync, readFileSync, rmSync, readdirSync, writeFileSync } from "node:fs";
 import { createRequire } from "node:module";
 import path from "node:path";
 import test from "node:test";
@@ -262,3 +262,153 @@ test("a diver who is lost", { timeout: 300_000 }, async (t) => {
   run.stop();
   await run.ended;
 });
+
+// Two dives of the same ground: one that is over, and the one that the device shows.
+test("a recorded dive", { timeout: 600_000 }, async (t) => {
+  const dives = path.join(folder, "dives");
+  const earlier = path.join(dives, "earlier");
+  const before = await harness.replay(survey, earlier, await harness.freePort());
+  assert.equal(await before.ended, 0);
+  const damaged = path.join(dives, "damaged");
+  cpSync(earlier, damaged, { recursive: true });
+  damage(path.join(damaged, "journal-000.nadir"));
+
+  const port = await harness.freePort();
+  const browser = await harness.chromium();
+  t.after(() => browser.close());
+  const run = await harness.replay(survey, path.join(dives, "now"), port, "--keep-serving");
+  const { page, errors, read } = await harness.openPage(browser, port);
+  const { token } = await (await fetch(`http://127.0.0.1:${port}/api/token`)).json();
+  await page.goto(`http://127.0.0.1:${port}/#token=${token}`);
+  await page.reload();
+  const item = (label) => `#panel .wide:has(.label:text-is('${label}'))`;
+  const openDive = async (name) => {
+    await tap(page, "nav >> text=Menu");
+    await tap(page, item("Dives"));
+    await tap(page, item(name));
+  };
+  const banner = () => page.locator(".recorded").innerText();
+  const isShown = (input) => ({ counts, state }) =>
+    state?.input === input && state.finished && counts.mosaicTiles > 0 && counts.mosaicTiles === state.mosaicTiles;
+  await until("the dive of now", read, isShown("survey"), 180);
+
+  await t.test("is opened from the list of dives, whole and where it was", async () => {
+    await openDive("earlier");
+    await keep(page, "dive-sheet");
+    assert.deepEqual(await tooSmall(page), []);
+    await tap(page, item("Look at it"));
+    await page.waitForURL(/dive=/);
+    const { counts } = await until("the earlier dive", read, isShown("earlier"), 120);
+    const wanted = harness.diveJson(earlier).counts;
+    assert.deepEqual([counts.cameras, counts.planes, counts.tiePoints], [wanted.oriented, wanted.planes, wanted.tie_points]);
+    const lines = readFileSync(path.join(earlier, "trajectory.tum"), "utf8").split("\n").filter((line) => /^[0-9]/.test(line));
+    const places = lines.map((line) => line.split(" ").slice(1, 4).map(Number));
+    const shown = await page.evaluate((images) => [...Array(images).keys()].map(window.nadir.placeOf), places.length);
+    const worst = Math.max(...shown.map((place, i) => Math.hypot(...place.map((x, k) => x - places[i][k]))));
+    assert.ok(worst < 1e-4, `off by ${worst}`);
+  });
+
+  await t.test("is drawn", async () => {
+    const drawn = async () => (await page.locator("#canvas").screenshot()).length;
+    assert.ok(await page.evaluate(() => window.nadir.fitMosaic(0)));
+    await pause(1000);
+    const mosaic = await drawn();
+    await tap(page, "nav >> text=Layers");
+    await tap(page, "role=switch[name='Mosaic']");
+    await tap(page, "nav >> text=Layers");
+    await pause(500);
+    assert.ok(mosaic > 2 * (await drawn()), `${mosaic} bytes with the mosaic`);
+    await tap(page, "nav >> text=3D");
+    await pause(1500);
+    await keep(page, "recorded-3D");
+    assert.ok((await drawn()) > mosaic / 4, "planes");
+    await tap(page, "nav >> text=Map");
+    await tap(page, "nav >> text=Layers");
+    await tap(page, "role=switch[name='Mosaic']");
+    await tap(page, "nav >> text=Layers");
+  });
+
+  await t.test("says so, shows no dials and no advice, and cries nothing", async () => {
+    assert.match(await banner(), /Recorded dive\s+earlier\s+40 images, read to its end/);
+    for (const gauge of ["recording", "altitude", "speed", "overlap", "clock"]) {
+      assert.equal(await page.locator(`.gauge.${gauge}`).isVisible(), false, gauge);
+    }
+    assert.equal(await page.locator(".gauge.tracking .value").innerText(), "Mapped");
+    assert.equal(await page.locator("#live").isVisible(), false);
+    assert.equal(await page.locator("#guide .gap").isVisible(), false);
+    assert.equal(await page.locator("#alerts .alert").count(), 0);
+    for (const [held, viewport] of [["portrait", harness.PORTRAIT], ["landscape", harness.LANDSCAPE]]) {
+      await page.setViewportSize(viewport);
+      await pause(500);
+      await keep(page, `recorded-${held}`);
+      assert.deepEqual(await tooSmall(page), [], held);
+      assert.deepEqual(await barriers(page), [], held);
+    }
+  });
+
+  await t.test("gives way to the live view at one touch", async () => {
+    await tap(page, ".recorded >> text=Back to the live view");
+    await page.waitForURL((url) => url.search === "");
+    await until("the dive of now", read, isShown("survey"), 60);
+    assert.equal(new URL(page.url()).search, "");
+    assert.equal(await page.locator(".recorded").count(), 0);
+    assert.equal(await page.locator(".gauge.altitude").isVisible(), true);
+  });
+
+  await t.test("gives its files", async () => {
+    await openDive("earlier");
+    for (const name of ["trajectory.tum", "mosaic-000.png"]) {
+      const [download] = await Promise.all([page.waitForEvent("download"), tap(page, item(name))]);
+      assert.equal(download.suggestedFilename(), name);
+      const file = path.join(earlier, name.startsWith("mosaic") ? "mosaic2d" : "", name);
+      assert.deepEqual(readFileSync(await download.path()), readFileSync(file), name);
+    }
+    await tap(page, "#panel [aria-label=Close]");
+  });
+
+  await t.test("tells what is damaged, and what helps", async () => {
+    await openDive("damaged");
+    await tap(page, item("Look at it"));
+    await page.waitForURL(/dive=/);
+    await page.waitForSelector("#alerts .alert[data-level=bad]", { timeout: 120_000 });
+    assert.match(await page.locator("#alerts .alert").innerText(), /damaged: \d+ records? of its journal.+nadir recover/s);
+    await keep(page, "recorded-damaged");
+    assert.ok((await read()).counts.mosaicTiles > 0);
+    await tap(page, "#alerts >> text=Seen");
+    await tap(page, ".recorded >> text=Back to the live view");
+    await page.waitForURL((url) => url.search === "");
+    await until("the dive of now", read, isShown("survey"), 60);
+  });
+
+  await t.test("is deleted by who controls, once they are sure", async () => {
+    const remove = async () => {
+      await openDive("earlier");
+      await tap(page, item("Delete"));
+      await tap(page, item("Delete for ever"));
+    };
+    await remove();
+    await page.waitForSelector("#panel .outcome:has-text('control')");
+    assert.ok(existsSync(earlier));
+    await tap(page, "#panel [aria-label=Close]");
+    await tap(page, "nav >> text=Menu");
+    await tap(page, item("Dive"));
+    await tap(page, item("Take control"));
+    await page.waitForSelector(item("Give control back"));
+    await tap(page, "#panel [aria-label=Close]");
+    await remove();
+    await until("its removal", () => existsSync(earlier), (there) => !there, 20);
+    await page.waitForSelector(item("earlier"), { state: "detached" });
+  });
+
+  // What it said no to is an error to the browser's console.
+  assert.deepEqual(errors.filter((error) => !error.includes("409")), []);
+  run.stop();
+  await run.ended;
+});
+
+/** Spoils a byte in the middle of a file. */
+function damage(file) {
+  const bytes = readFileSync(file);
+  bytes[bytes.length >> 1] ^= 0xff;
+  writeFileSync(file, bytes);
+}

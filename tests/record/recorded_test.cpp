@@ -18,14 +18,20 @@ using std::filesystem::path;
 struct Given {
   std::vector<Entry> entries;
   std::vector<std::pair<MosaicGrid, std::shared_ptr<const Tile>>> tiles;
+  std::vector<std::pair<std::size_t, Mark>> marks;  ///< after so many entries
+  GivenAgain found;
 };
 
-Given give(const path& dive) {
+Given give(const path& dive, const std::stop_token& stop = {}) {
   Given given;
-  give_again(dive, {[&](const Entry& entry) { given.entries.push_back(entry); },
-                    [&](const MosaicGrid& grid, const auto& tiles) {
-                      for (const auto& tile : tiles) given.tiles.emplace_back(grid, tile);
-                    }});
+  given.found =
+      give_again(dive,
+                 {[&](const Entry& entry) { given.entries.push_back(entry); },
+                  [&](const MosaicGrid& grid, const auto& tiles) {
+                    for (const auto& tile : tiles) given.tiles.emplace_back(grid, tile);
+                  },
+                  [&](const Mark& mark) { given.marks.emplace_back(given.entries.size(), mark); }},
+                 stop);
   return given;
 }
 
@@ -42,6 +48,9 @@ class RecordedDive : public testing::Test {
         entry.revisions = {revision};
       }
       ASSERT_TRUE(dive.add(entry).empty());
+      if (i == 1) {
+        EXPECT_TRUE(dive.add(Mark{.id = 3, .image = 0, .position = {1, 2, 3}}));
+      }
     }
     EXPECT_TRUE(!finish || dive.finish({{"images_hz", 2.5}}).empty());
   }
@@ -72,6 +81,12 @@ TEST_F(RecordedDive, IsGivenAsItWasPublished) {
             small_.pose(3).translation);
   EXPECT_EQ(last.orientation->window->tie_points.at(2).x_in_survey,
             small_.window(3)->tie_points.at(2).x_in_survey);
+  ASSERT_EQ(given.marks.size(), 1u);
+  EXPECT_EQ(given.marks[0].first, 2u);
+  EXPECT_EQ(given.marks[0].second.id, 3u);
+  EXPECT_EQ(given.found.captured, 4u);
+  EXPECT_EQ(given.found.missing_records, 0u);
+  EXPECT_EQ(given.found.mosaics_left_out, 0u);
   ASSERT_TRUE(last.cloud->grid);
   EXPECT_EQ(last.cloud->grid->survey_from_grid, small_.grid(3).survey_from_grid);
   EXPECT_EQ(cv::norm(last.cloud->grid->bgr, small_.grid(3).bgr, cv::NORM_INF), 0);
@@ -127,8 +142,34 @@ TEST_F(RecordedDive, LeavesOutAMosaicWhoseFileIsDamaged) {
     std::filesystem::resize_file(png, size);
     EXPECT_TRUE(give(folder_).tiles.empty()) << size;
     EXPECT_EQ(give(folder_).entries.size(), 4u);
+    EXPECT_EQ(give(folder_).found.mosaics_left_out, 1u);
     write_text(png, std::string(1000, 'x'));
   }
+}
+
+TEST_F(RecordedDive, IsGivenWithoutWhatIsDamaged) {
+  record(true, small_.info());
+  const path journal = folder_ / "journal-000.nadir";
+  std::string text = read_text(journal);
+  text[text.find("dsc,2")] ^= 1;
+  write_text(journal, text);
+  const Given given = give(folder_);
+  EXPECT_EQ(given.entries.size(), 3u);
+  EXPECT_EQ(given.found.missing_records, 1u);
+}
+
+TEST_F(RecordedDive, IsGivenNoFurtherWhenToldToStop) {
+  record(true, small_.info());
+  std::stop_source stop;
+  std::size_t entries = 0;
+  give_again(folder_,
+             {[&](const Entry&) {
+                if (++entries == 2) stop.request_stop();
+              },
+              [](const MosaicGrid&, const auto&) { FAIL(); }},
+             stop.get_token());
+  EXPECT_EQ(entries, 2u);
+  EXPECT_TRUE(give(folder_, stop.get_token()).entries.empty());
 }
 
 TEST_F(RecordedDive, IsRefusedWhenItIsNone) {

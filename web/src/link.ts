@@ -10,6 +10,8 @@ export interface LinkEvents {
   /** The server is another run of itself: everything known is void. */
   newFeed(): void;
   state(state: LinkState): void;
+  /** All there was has been sent, but for so many records that the server let go. */
+  caughtUp?(letGo: number): void;
 }
 
 const FIRST_RETRY_MS = 500;
@@ -95,6 +97,7 @@ export class Link {
     } else if (record.type === "caught_up") {
       this.complete = record.upTo;
       this.isCurrent = true;
+      this.events.caughtUp?.(record.evicted);
     } else {
       this.events.record(record);
     }

@@ -16,6 +16,7 @@ import { handSheet, Menu } from "./ui/menu";
 import { Picture } from "./ui/picture";
 import { Pins } from "./ui/pins";
 import { Rail, type Stage } from "./ui/rail";
+import { Recorded, recordedDive } from "./ui/recorded";
 import { ScaleBar } from "./ui/scale_bar";
 import { layerSwitches, System } from "./ui/sheets";
 import { S } from "./ui/strings";
@@ -33,6 +34,7 @@ const themes = new Themes();
 const api = new Api();
 const view = openView();
 const gauges = new Gauges();
+const recorded = recordedDive === null ? null : new Recorded(api, recordedDive);
 const guide = new Guide();
 const scaleBar = new ScaleBar();
 const equipment = new Equipment();
@@ -55,8 +57,10 @@ const link = new Link(feedAddress(), {
   newFeed: forget,
   state: (now) => {
     linkState = now;
-    gauges.setLink(now);
+    showLink();
+    if (now === "lost") void recorded?.explain();
   },
+  caughtUp: (letGo) => recorded?.setLetGo(letGo),
 });
 wire();
 link.connect();
@@ -110,8 +114,7 @@ function openView(): View | null {
 function feedAddress(): string {
   const address = new URL("feed", location.href);
   address.protocol = location.protocol === "https:" ? "wss:" : "ws:";
-  const dive = new URLSearchParams(location.search).get("dive");
-  if (dive !== null) address.searchParams.set("dive", dive);
+  if (recordedDive !== null) address.searchParams.set("dive", recordedDive);
   return address.href;
 }
 
@@ -119,18 +122,22 @@ function feedAddress(): string {
 function forget(): void {
   state = null;
   link.mayBeSilent = false;
-  for (const part of [view, gauges, guide, alerts, equipment, picture, system, marks, menu]) part?.clear();
+  for (const part of [recorded, view, gauges, guide, alerts, equipment, picture, system, marks, menu]) part?.clear();
   pins.set("gap", []);
   rail.setBubble("menu", 0);
 }
 
 function receive(record: DiveRecord): void {
+  // Whoever was lost in a recorded dive is not lost now.
+  if (recorded !== null && record.type === "state" && record.tracking === "lost") record.tracking = "tracking";
   switch (record.type) {
     case "state":
       showState(record);
       break;
     case "alert":
-      alerts.add(record, link.isCurrent);
+      // Those of a recorded dive are old, but for what is said of the reading once it has ended.
+      if (recorded === null) alerts.add(record, link.isCurrent);
+      else alerts.add(record, recorded.isWhole, false);
       break;
     case "live_image":
       picture.show(record);
@@ -151,7 +158,8 @@ function receive(record: DiveRecord): void {
     case "recording":
       gauges.setRecording(record);
       menu.setRecording(record);
-      marks.canBeMade = true;
+      recorded?.setRecording(record);
+      marks.canBeMade = recorded === null;
       break;
     case "guidance":
       guide.setGuidance(record);
@@ -176,7 +184,13 @@ function receive(record: DiveRecord): void {
 function showState(record: State): void {
   state = record;
   link.mayBeSilent = record.finished;
-  for (const part of [gauges, guide, scaleBar, system, hands]) part?.setState(record);
+  for (const part of [recorded, gauges, guide, scaleBar, system, hands]) part?.setState(record);
+  if (record.finished) showLink();
+}
+
+/** What is whole needs no link to be up to date. */
+function showLink(): void {
+  gauges.setLink(recorded?.isWhole === true ? "live" : linkState);
 }
 
 /** A lost diver sees what the camera sees and the view to be found again, and then what was on the screen before. */

@@ -3,8 +3,10 @@
 // A recorded dive given once more, so that a page can show it as it showed the dive itself.
 #pragma once
 
+#include <cstdint>
 #include <filesystem>
 #include <functional>
+#include <stop_token>
 
 #include "nadir/record/dive.hpp"
 
@@ -19,10 +21,20 @@ struct Recorded {
   /// Once all entries were given: a mosaic as it lies on the disk, corrected, one row of its tiles
   /// after the other.
   std::function<void(const MosaicGrid&, const std::vector<std::shared_ptr<const Tile>>&)> mosaic;
+  /// A mark that was put or removed, between the entries where it was; may be empty.
+  std::function<void(const Mark&)> mark{};
+};
+
+/// What a dive was found to be.
+struct GivenAgain {
+  std::uint64_t captured = 0;          ///< images, as in dive.json
+  std::uint64_t missing_records = 0;   ///< written to the journal, but damaged since
+  std::uint64_t mosaics_left_out = 0;  ///< whose files are missing or damaged
 };
 
 /// Throws InputError when the folder is no dive, or not a single record of its journal is whole.
-/// Mosaics whose files are missing or damaged are left out.
-void give_again(const std::filesystem::path& dive, const Recorded& to);
+/// When told to stop it returns between two records or rows of tiles.
+GivenAgain give_again(const std::filesystem::path& dive, const Recorded& to,
+                      const std::stop_token& stop = {});
 
 }  // namespace nadir::record

@@ -68,7 +68,7 @@ export class Alerts {
   }
 
   /** What is not news, sent to a viewer that came late, goes to the list without a cry. */
-  add(alert: Alert, isNews: boolean): void {
+  add(alert: Alert, isNews: boolean, isLoud = true): void {
     const known = this.all.has(alert.id);
     this.all.set(alert.id, alert);
     const over = RESOLVES[alert.kind] ?? [];
@@ -77,7 +77,7 @@ export class Alerts {
       this.open = this.open.filter(({ kind }) => kind !== alert.kind);
       this.open.push(alert);
       const level = levelOf(alert);
-      this.cry(level);
+      if (isLoud) this.cry(level);
       if (SHOWN_SECONDS[level] < Infinity) {
         setTimeout(() => {
           this.fold(alert.id);

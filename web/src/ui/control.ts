@@ -4,6 +4,7 @@ import type { Answer, Api } from "../api";
 import type { Recording } from "../wire/records";
 import { button, el, type Icon } from "./dom";
 import type { Rail } from "./rail";
+import { recordedDive } from "./recorded";
 import { clock, S } from "./strings";
 
 type Command = Parameters<Api["command"]>[0];
@@ -42,8 +43,10 @@ export class Control {
 
   page(): HTMLElement {
     const { recording } = this;
+    // A recorded dive's feed does not know who controls.
+    const isKnown = this.api.controls || recordedDive === null;
     const facts = [
-      S.control.controller(this.api.controls ? S.control.you : (recording?.controller ?? "")),
+      isKnown ? S.control.controller(this.api.controls ? S.control.you : (recording?.controller ?? "")) : "",
       recording === null || recording.name === "" ? "" : `${recording.name} · ${S.phases[recording.phase]}`,
     ].filter((fact) => fact !== "");
     const outcome = el("p", "outcome", this.outcome);
@@ -65,7 +68,7 @@ export class Control {
       }
       list.push(this.action("system", S.control.shutDown, "shutdown", S.control.shutDownSure));
     } else {
-      list.push(el("p", "none", S.control.replay));
+      list.push(el("p", "none", recordedDive === null ? S.control.replay : S.recorded.control));
     }
     list.push(button("back", S.control.release, () => void this.api.releaseControl(), "wide"));
     return list;

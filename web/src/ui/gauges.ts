@@ -4,6 +4,7 @@
 import type { LinkState } from "../link";
 import type { Measure, Measures, Quantity, Recording, State } from "../wire/records";
 import { byId, el, icon, say, type Icon } from "./dom";
+import { recordedDive } from "./recorded";
 import { amount, clock, count, S, share } from "./strings";
 
 export type Level = "good" | "note" | "warning" | "bad" | "plain";
@@ -137,6 +138,10 @@ export class Gauges {
     const { state } = this;
     if (state === null) {
       this.tracking.show(S.tracking.waiting, "", "plain", "wait");
+      return;
+    }
+    if (recordedDive !== null && !state.finished) {
+      this.tracking.show(S.recorded.reads, "", "note", "wait");
       return;
     }
     document.body.dataset["tracking"] = state.finished ? "finished" : state.tracking;

@@ -6,6 +6,7 @@ import { button, el } from "./dom";
 import { refusal } from "./control";
 import type { Pins } from "./pins";
 import type { Rail } from "./rail";
+import { recordedDive } from "./recorded";
 import { clock, S } from "./strings";
 
 /** Points somebody wants to find again, on the map and in the dive. */
@@ -85,7 +86,9 @@ export class Marks {
     const outcome = el("p", "outcome", "");
     outcome.setAttribute("role", "status");
     const remove = button("trash", S.hands.remove, () => void this.remove(id, outcome), "wide");
-    this.rail.push(S.marks.title, () => el("div", "form", ...describe(mark, this.api), remove, outcome));
+    // A recorded dive's marks stay, and its photographs are among its files.
+    const ofNow = recordedDive === null ? [...photograph(mark, this.api), remove, outcome] : [];
+    this.rail.push(S.marks.title, () => el("div", "form", ...describe(mark), ...ofNow));
   }
 
   private async remove(id: number, outcome: HTMLElement): Promise<void> {
@@ -95,13 +98,14 @@ export class Marks {
   }
 }
 
-function describe(mark: Mark, api: Api): HTMLElement[] {
-  const parts: HTMLElement[] = [el("p", "note", mark.note), el("p", "when", S.marks.at(clock(mark.time)))];
-  if (mark.image !== null) {
-    const photo = el("img", "photo");
-    photo.alt = S.marks.photo;
-    photo.src = api.photoAddress(mark.id);
-    parts.push(photo);
-  }
-  return parts;
+function describe(mark: Mark): HTMLElement[] {
+  return [el("p", "note", mark.note), el("p", "when", S.marks.at(clock(mark.time)))];
+}
+
+function photograph(mark: Mark, api: Api): HTMLElement[] {
+  if (mark.image === null) return [];
+  const photo = el("img", "photo");
+  photo.alt = S.marks.photo;
+  photo.src = api.photoAddress(mark.id);
+  return [photo];
 }

@@ -11,6 +11,7 @@ import { button, el, icon, mark, toggle } from "./dom";
 import type { Hands } from "./hands";
 import type { Marks } from "./marks";
 import type { Rail } from "./rail";
+import { recordedDive } from "./recorded";
 import type { System } from "./sheets";
 import { S } from "./strings";
 import { THEMES, type Themes } from "./theme";
@@ -54,8 +55,8 @@ export class Menu {
       button("system", S.menu.system, () => { rail.push(S.menu.system, () => system.sheet()); }, "wide"),
       button("sun", S.menu.look, () => { this.openLook(); }, "wide"),
     ];
-    if (new URLSearchParams(location.search).has("dive")) {
-      const back = el("a", "wide", icon("back"), el("span", "label", S.dives.live));
+    if (recordedDive !== null) {
+      const back = el("a", "wide", icon("back"), el("span", "label", S.recorded.live));
       back.href = location.pathname;
       items.unshift(back);
     }

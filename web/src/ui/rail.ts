@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 import type { Framing, View } from "../view/view";
 import { button, byId, el, icon, mark, say } from "./dom";
+import { recordedDive } from "./recorded";
 import { count, S } from "./strings";
 
 /** What fills the screen. */
@@ -34,6 +35,7 @@ export class Rail {
     const stage = (name: Stage) => button(name, S.tools[name], () => { this.setStage(name); });
     const sheet = (name: Sheet) => button(name === "alerts" ? "bell" : name, S.tools[name], () => { this.toggle(name); });
     this.stages = { map: stage("map"), scene: stage("scene"), picture: stage("picture") };
+    this.stages.picture.hidden = recordedDive !== null;
     this.sheets = { hand: sheet("hand"), layers: sheet("layers"), alerts: sheet("alerts"), menu: sheet("menu") };
     this.bubbles = { alerts: el("span", "bubble"), menu: el("span", "bubble") };
     for (const name of ["alerts", "menu"] as const) this.sheets[name].append(this.bubbles[name] ?? "");
@@ -50,6 +52,7 @@ export class Rail {
   }
 
   setStage(stage: Stage): void {
+    if (stage === "picture" && recordedDive !== null) return;
     this.stage = stage;
     if (stage !== "picture") this.view?.setLook(stage);
     mark(this.stages, stage);
