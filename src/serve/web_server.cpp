@@ -205,7 +205,7 @@ std::shared_ptr<Feed> WebServer::Reactor::feed() const {
 }
 
 std::shared_ptr<Feed> WebServer::Reactor::begin_feed() {
-  const auto next = make_feed(config_.retained_bytes);
+  auto next = make_feed(config_.retained_bytes);
   const std::scoped_lock lock(mutex_);
   const auto before = std::exchange(feed_, next);
   if (before) asio::post(io_, [core = before->core_] { core->end(); });
