@@ -6,7 +6,9 @@
 // node tests/benchmark/page.mjs [late] [growing] [reopening]
 //
 // The dive is a short simulated one that nadir maps, laid side by side until it has as many images.
+import { createHash } from "node:crypto";
 import { readFileSync, readdirSync } from "node:fs";
+import http from "node:http";
 import { createRequire } from "node:module";
 import path from "node:path";
 import { fileURLToPath } from "node:url";
@@ -17,6 +19,7 @@ const ROOT = fileURLToPath(new URL("../../", import.meta.url));
 const IMAGES = 580;
 const SHORT = 40;
 const HEADER = 16;
+const VERSION = 2;
 const TYPE = { welcome: 2, state: 3, camera: 5, pose: 6, planeGrid: 8, planeColour: 9, mosaic: 10, mosaicTile: 11, caughtUp: 14 };
 const APART = 30; // survey units between the copies
 const TURNS = 60; // pictures measured
@@ -90,21 +93,38 @@ const imageOf = (record) => {
   return Number(record.readBigUInt64LE(HEADER));
 };
 
-/** The page as the server gives it, fed with these records in place of its own; opened: gets the socket, for more. */
-async function openWith(browser, records, opened = () => undefined) {
-  return harness.openPage(browser, port, (page) =>
-    page.routeWebSocket(/feed/, (socket) => {
-      opened(socket);
-      socket.onMessage(() => {
-        const welcome = Buffer.alloc(HEADER + 16);
-        welcome[0] = TYPE.welcome;
-        welcome[1] = 2;
-        welcome.writeBigUInt64LE(7n, HEADER);
-        socket.send(welcome);
-        for (const record of records) socket.send(record);
-      });
-    }),
-  );
+/** A WebSocket message of a server. RFC 6455, 5.2. */
+function framed(record) {
+  const size = record.length;
+  const header = Buffer.alloc(size < 126 ? 2 : size < 65536 ? 4 : 10);
+  header.set([0x82, size < 126 ? size : size < 65536 ? 126 : 127]);
+  if (header.length === 4) header.writeUInt16BE(size, 2);
+  if (header.length === 10) header.writeBigUInt64BE(BigInt(size), 2);
+  return Buffer.concat([header, record]);
+}
+
+/** The page as the server gives it, fed with these records in place of its own, and with what is sent then. */
+async function openWith(browser, records) {
+  const sockets = [];
+  const front = http.createServer((request, response) => {
+    http.get({ host: "127.0.0.1", port, path: request.url, headers: request.headers }, (answer) => {
+      response.writeHead(answer.statusCode, answer.headers);
+      answer.pipe(response);
+    });
+  });
+  front.on("upgrade", (request, socket) => {
+    const key = createHash("sha1").update(`${request.headers["sec-websocket-key"]}258EAFA5-E914-47DA-95CA-C5AB0DC85B11`).digest("base64");
+    socket.write(`HTTP/1.1 101 Switching Protocols\r\nUpgrade: websocket\r\nConnection: Upgrade\r\nSec-WebSocket-Accept: ${key}\r\n\r\n`);
+    const welcome = Buffer.alloc(HEADER + 16);
+    welcome.set([TYPE.welcome, VERSION]);
+    welcome.writeBigUInt64LE(7n, HEADER);
+    for (const record of [welcome, ...records]) socket.write(framed(record));
+    socket.on("error", () => socket.destroy());
+    sockets.push(socket);
+  });
+  await new Promise((resolve) => front.listen(0, "127.0.0.1", resolve));
+  const opened = await harness.openPage(browser, front.address().port);
+  return { ...opened, send: (record) => sockets.at(-1).write(framed(record)), close: () => opened.page.close().then(() => front.close()) };
 }
 
 /** Median milliseconds from picture to picture while the scene turns under the mouse. */
@@ -155,6 +175,7 @@ async function naive(browser, points) {
     root: path.join(ROOT, "web"),
     logLevel: "error",
     configFile: false,
+    resolve: { alias: { three: require.resolve("three").replace(/three\.cjs$/, "three.module.js") } },
     build: { write: false, lib: { entry: path.join(ROOT, "tests/benchmark/naive_points.js"), formats: ["es"], fileName: "naive" } },
   });
   const page = await browser.newPage({ viewport: { width: 1184, height: 704 } });
@@ -196,7 +217,7 @@ async function lateViewer(browser, records) {
   console.log(`${planes} planes, ${planes * 15000} points`);
   say("a plane", ofPlanes.reduce((sum, record) => sum + record.length, 0) / planes / 1000, "kB", 10);
   const begun = performance.now();
-  const { page, read } = await openWith(browser, dive);
+  const { page, read, close } = await openWith(browser, dive);
   const wanted = await until("all planes", read, ({ counts }) => counts.planes >= planes, 120);
   say("all planes of a late viewer are there after", (performance.now() - begun) / 1000, "s", 3);
   console.log(JSON.stringify(wanted.counts));
@@ -208,7 +229,7 @@ async function lateViewer(browser, records) {
   await page.click("nav >> text=Layers");
   await pause(2000);
   const points = await turning(page);
-  await page.close();
+  await close();
   const plain = await naive(browser, planes * 15000);
   console.log(`from picture to picture: ${quads.toFixed(0)} ms as quads, ${points.toFixed(0)} ms as points, ${plain.toFixed(0)} ms as plain points`);
   say("quads to plain points", quads / plain, "", 1 / 3);
@@ -218,22 +239,21 @@ async function lateViewer(browser, records) {
 /** What the browser holds while a dive grows to so many images. */
 async function growing(browser, records, images) {
   const dive = longDive(records, images);
-  let socket = null;
-  const { page, read } = await openWith(browser, [], (opened) => (socket = opened));
+  const { page, read, send, close } = await openWith(browser, []);
   const part = images / 5;
   const held = [];
-  for (let until_ = part; until_ <= images; until_ += part) {
+  for (let end = part; end <= images; end += part) {
     for (const record of dive) {
       const at = imageOf(record);
-      if (at >= until_ - part && at < until_) socket.send(record);
+      if (at >= end - part && at < end) send(record);
     }
-    const planes = dive.filter((record) => record[0] === TYPE.planeColour && imageOf(record) < until_).length;
+    const planes = dive.filter((record) => record[0] === TYPE.planeColour && imageOf(record) < end).length;
     await until("the planes", read, ({ counts }) => counts.planes >= planes, 300);
     await pause(3000);
-    held.push([until_, memory(browserPid), (await heap(page)) / 1e6]);
-    console.log(`${until_} images: ${held.at(-1)[1].toFixed(0)} MB of the browser, ${held.at(-1)[2].toFixed(0)} MB of the tab's heap`);
+    held.push([end, memory(browserPid), (await heap(page)) / 1e6]);
+    console.log(`${end} images: ${held.at(-1)[1].toFixed(0)} MB of the browser, ${held.at(-1)[2].toFixed(0)} MB of the tab's heap`);
   }
-  await page.close();
+  await close();
   say(`an image more after ${part}`, ((held.at(-1)[1] - held[0][1]) * 1000) / (images - part), "kB", 30);
 }
 

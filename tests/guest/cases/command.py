@@ -68,7 +68,7 @@ def run(guest, nadir):
     if nadir.process() != process:
         raise Failed("nadir started again between the dives")
     [recorded] = [dive for dive in call(guest, "GET", "dives")[1] if dive["recording"]]
-    if recorded["id"] != second:
+    if recorded["name"] != second:
         raise Failed(f"recorded is {recorded}, not {second}")
     command(guest, token, "POST", "shutdown")
     try:
