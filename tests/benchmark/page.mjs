@@ -23,6 +23,7 @@ const VERSION = 2;
 const TYPE = { welcome: 2, state: 3, camera: 5, pose: 6, planeGrid: 8, planeColour: 9, mosaic: 10, mosaicTile: 11, caughtUp: 14 };
 const APART = 30; // survey units between the copies
 const TURNS = 60; // pictures measured
+const PLAIN_TURNS = 6; // they take seconds
 
 /** All that the server behind a port sends a page of a dive that was mapped. */
 async function recordsOf(browser, port) {
@@ -182,7 +183,7 @@ async function naive(browser, points) {
   await page.setContent('<!doctype html><canvas id="canvas" style="position:fixed;inset:0;width:100%;height:100%"></canvas>');
   await page.addScriptTag({ type: "module", content: built[0].output[0].code });
   await until("the naive cloud", () => page.evaluate(() => window.draw !== undefined), (ready) => ready, 60);
-  const ms = await page.evaluate(([count, turns]) => window.draw(count, turns), [points, TURNS]);
+  const ms = await page.evaluate(([count, turns]) => window.draw(count, turns), [points, PLAIN_TURNS]);
   await page.close();
   return ms;
 }

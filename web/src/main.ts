@@ -177,6 +177,7 @@ function receive(record: DiveRecord): void {
     default:
       break;
   }
+  if (view !== null) view.isCatchingUp = !link.isCurrent;
   view?.show(record).catch(() => ++undecodable);
   if (record.type === "pose") guide.setVehicle(view?.vehicle ?? record);
 }

@@ -30,7 +30,7 @@ interface Tile {
   mosaic: number;
   column: number;
   row: number;
-  jpeg: Blob;
+  jpeg: Blob | null;
   mask: Blob | null;
   /** Sequence of the newest colours asked for. */
   wanted: number;
@@ -133,7 +133,7 @@ export class Mosaics {
     const key = `${mosaic}/${column}/${row}`;
     let tile = this.tiles.get(key);
     if (tile === undefined) {
-      tile = { mosaic, column, row, jpeg: new Blob(), mask: null, wanted: -1, thumb: null, mesh: null, busy: false };
+      tile = { mosaic, column, row, jpeg: null, mask: null, wanted: -1, thumb: null, mesh: null, busy: false };
       this.tiles.set(key, tile);
     }
     return tile;
@@ -257,6 +257,7 @@ function dress(mesh: Mesh<BufferGeometry, MeshBasicMaterial>, picture: ImageBitm
 
 /** Its colours, transparent where nothing was seen; reduced to a side of so many pixels. */
 async function decodeTile({ jpeg, mask }: Tile, side?: number): Promise<ImageBitmap | OffscreenCanvas> {
+  if (jpeg === null) throw new Error("a tile without colours");
   const colour = await decodeImage(jpeg, side);
   if (mask === null) return colour;
   const seen = await decodeImage(mask, side);

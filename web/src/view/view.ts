@@ -50,6 +50,8 @@ const PORTRAIT: Margins = { left: 24, top: 24, right: 24, bottom: 220 };
 /** News are drawn in one part of so many of the time. */
 const NEWS_SHARE = 4;
 const MOST_COST_MS = 500;
+const MEASURE_MS = 8;
+const CATCHING_UP_MS = 1000;
 const REFINE_MS = 250;
 /** What a finger in a glove may move and still have tapped. */
 const TAP_PX = 24;
@@ -61,6 +63,8 @@ export class View {
     scene: { mosaic: true, planes: "quads", tiePoints: true, cameras: true, coverage: false, plan: false },
     map: { mosaic: true, planes: "off", tiePoints: false, cameras: true, coverage: true, plan: true },
   };
+  /** Much is told at once: it is drawn now and then. */
+  isCatchingUp = false;
   /** Told when the viewer's own hand ended a framing. */
   onFraming: (framing: Framing) => void = () => undefined;
   /** Told after each picture drawn. */
@@ -90,13 +94,16 @@ export class View {
   private refinedAt = 0;
   private asked = false;
   private drawnAt = 0;
-  /** From the last picture to when another could be begun, ms. */
+  /** How long the graphics card took for a picture, ms, and whether it draws one that is measured. */
   private cost = 0;
+  private drawing = false;
+  private hasNews = false;
   private news: ReturnType<typeof setTimeout> | undefined;
 
   /** Throws where the browser cannot draw in 3D. */
   constructor(private readonly canvas: HTMLCanvasElement) {
     this.renderer = new WebGLRenderer({ canvas, antialias: true, powerPreference: "low-power" });
+    this.renderer.debug.checkShaderErrors = import.meta.env.DEV;  // asking for them waits for the compiler
     this.renderer.outputColorSpace = LinearSRGBColorSpace;
     this.scene.background = new Color(BACKGROUND);
     this.scene.add(
@@ -327,19 +334,43 @@ export class View {
 
   /** For what may wait: a page that is told much is to decode it, too, not to draw all the time. */
   private drawNews(): void {
-    if (this.asked || this.news !== undefined) return;
-    const due = this.drawnAt + NEWS_SHARE * this.cost;
+    this.hasNews = true;
+    if (this.asked || this.drawing || this.news !== undefined) return;
     this.news = setTimeout(() => {
       this.news = undefined;
       this.draw();
-    }, Math.max(0, due - performance.now()));
+    }, Math.max(0, this.drawnAt + Math.max(NEWS_SHARE * this.cost, this.isCatchingUp ? CATCHING_UP_MS : 0) - performance.now()));
+  }
+
+  /** Waits until the graphics card has drawn what was begun. */
+  private measure(begun: number): void {
+    if (this.drawing) return;
+    const gl = this.renderer.getContext() as WebGL2RenderingContext;
+    const done = gl.fenceSync(gl.SYNC_GPU_COMMANDS_COMPLETE, 0);
+    if (done === null) return;
+    gl.flush();
+    this.drawing = true;
+    const look = () => {
+      if (gl.getSyncParameter(done, gl.SYNC_STATUS) !== gl.SIGNALED && performance.now() - begun < MOST_COST_MS) {
+        setTimeout(look, MEASURE_MS);
+        return;
+      }
+      gl.deleteSync(done);
+      // The browser lays it on the page before it asks for another.
+      requestAnimationFrame(() => {
+        this.drawing = false;
+        this.cost = performance.now() - begun;
+        if (this.hasNews) this.drawNews();
+      });
+    };
+    setTimeout(look, MEASURE_MS);
   }
 
   private render(now: number): void {
-    this.asked = false;
+    this.asked = this.hasNews = false;
     const seconds = Math.min(0.25, (now - this.drawnAt) / 1000);
     this.drawnAt = now;
-    this.setQuality(this.budget.begin(now));
+    if (!this.isCatchingUp) this.setQuality(this.budget.begin(now));
     this.cameras.update();
     this.cameras.setSize(0.2 * (this.range || 1));
     const moving = this.frame(seconds);
@@ -347,11 +378,10 @@ export class View {
     const vehicle = this.cameras.vehicle;
     vehicle.scale.setScalar(this.cameras.newest === null ? 0 : VEHICLE_PX * this.eye.sizeOfPixel(vehicle.position));
     this.renderer.render(this.scene, this.eye.camera);
-    requestAnimationFrame((next) => {
-      this.cost = Math.min(MOST_COST_MS, next - now);
-    });
+    this.measure(performance.now());
     this.onDrawn();
-    if (moving) this.draw();
+    if (moving && this.isCatchingUp) this.drawNews();
+    else if (moving) this.draw();
     this.refineSoon(now);
   }
 
