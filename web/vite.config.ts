@@ -11,7 +11,7 @@ export default defineConfig({
     modulePreload: false,
     chunkSizeWarningLimit: 1000,
     rollupOptions: {
-      input: { page: "index.html", sw: "src/sw.ts" },
+      input: { page: "index.html", sw: "src/sw.ts", unpacker: "src/view/unpacker.ts" },
       output: { entryFileNames: "[name].js", assetFileNames: "page[extname]" },
     },
   },

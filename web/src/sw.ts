@@ -12,7 +12,7 @@ interface Fetching extends Event {
 }
 
 const CACHE = "nadir";
-const PAGE = ["./", "page.js", "page.css", "icon.svg", "manifest.webmanifest"];
+const PAGE = ["./", "page.js", "unpacker.js", "page.css", "icon.svg", "manifest.webmanifest"];
 /** A device that is there answers sooner. */
 const PATIENCE_MS = 3000;
 

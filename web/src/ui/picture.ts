@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: nadir contributors
 // SPDX-License-Identifier: Apache-2.0
-import { decodeNow, jpegFile } from "../view/images";
+import { decodeNow } from "../view/images";
 import type { LastView, LiveImage, Measures, WayBack } from "../wire/records";
 import { byId, el, icon, say } from "./dom";
 import { amount, clock, count, S } from "./strings";
@@ -28,7 +28,7 @@ class Decoder<T extends { jpeg: Uint8Array }> {
       const image = this.next;
       this.next = null;
       try {
-        const bitmap = await decodeNow(jpegFile(image.jpeg));
+        const bitmap = await decodeNow(image.jpeg);
         this.paint(bitmap, image);
         bitmap.close();
       } catch {

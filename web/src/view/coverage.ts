@@ -3,7 +3,7 @@
 // How often the ground was seen, over the mosaic: what is missing stands out.
 import { BufferGeometry, CanvasTexture, DoubleSide, Float32BufferAttribute, Group, Mesh, MeshBasicMaterial, NearestFilter } from "three";
 import { COVERAGE_CELLS, type CoverageTile, type Vec3 } from "../wire/records";
-import { decodeImage, pixels, pngFile } from "./images";
+import { unpack } from "./images";
 import type { Origin } from "./origin";
 
 /** Red, green, blue, alpha of a gap and of one, two, three and more views; safe for the colour-blind, and told apart by
@@ -40,11 +40,11 @@ export class Coverage {
     const key = `${record.column}/${record.row}`;
     if ((this.wanted.get(key) ?? -1) > record.sequence) return;
     this.wanted.set(key, record.sequence);
-    const bitmap = await decodeImage(pngFile(record.png));
-    const counts = pixels(bitmap);
-    bitmap.close();
+    const unpacked = await unpack(record.png, null, [null]);
+    const pixels = unpacked.pixels[0];
     if (this.wanted.get(key) !== record.sequence) return;
-    if (counts.width !== COVERAGE_CELLS || counts.height !== COVERAGE_CELLS) throw new Error("not a coverage tile");
+    if (pixels === undefined || unpacked.width !== COVERAGE_CELLS || unpacked.height !== COVERAGE_CELLS) throw new Error("not a coverage tile");
+    const counts = new ImageData(pixels, COVERAGE_CELLS);
     const gaps = colour(counts);
     this.gaps += gaps - (this.gapsOf.get(key) ?? 0);
     this.gapsOf.set(key, gaps);

@@ -1,65 +1,89 @@
 // SPDX-FileCopyrightText: nadir contributors
 // SPDX-License-Identifier: Apache-2.0
-// Compressed pictures to pixels, a few at a time, colours untouched.
+// Compressed pictures to pixels, a few at a time, colours untouched. All but the live image by threads beside the page's.
 
 const AT_ONCE = 8;
-const MOST_CANVASES = 16;
-const OPTIONS: ImageBitmapOptions = { colorSpaceConversion: "none", premultiplyAlpha: "none" };
 
 export interface Size {
   width: number;
   height: number;
 }
 
-let running = 0;
-const waiting: (() => void)[] = [];
-
-/** A JPEG or PNG file, ahead of those that wait their turn. Rejects when it cannot be decoded. */
-export async function decodeNow(file: Blob): Promise<ImageBitmap> {
-  return createImageBitmap(file, OPTIONS);
+/** A JPEG or PNG, with a mask of its size or none; as RGBA of these sizes, null for its own, and as a whole or not. */
+export interface Job {
+  id: number;
+  picture: Uint8Array<ArrayBuffer> | Blob;
+  mask: Uint8Array<ArrayBuffer> | Blob | null;
+  sizes: (Size | null)[];
+  whole: boolean;
 }
 
-/** The same in its turn; with a side, reduced to a square of so many pixels. */
-export async function decodeImage(file: Blob, side?: number): Promise<ImageBitmap> {
-  if (running >= AT_ONCE) await new Promise<void>((go) => waiting.push(go));
-  ++running;
-  try {
-    if (side === undefined) return await decodeNow(file);
-    return await createImageBitmap(file, { ...OPTIONS, resizeWidth: side, resizeHeight: side, resizeQuality: "medium" });
-  } finally {
-    --running;
-    waiting.shift()?.();
+export interface Unpacked extends Size {
+  /** To be unpacked again; the browser may keep it on its disk. */
+  file: Blob;
+  mask: Blob | null;
+  /** First row first; transparent where the mask is black. */
+  pixels: Uint8ClampedArray<ArrayBuffer>[];
+  bitmap: ImageBitmap | null;
+}
+
+export type Outcome = { id: number } & (Unpacked | { fault: string });
+
+interface Waiting {
+  resolve(unpacked: Unpacked): void;
+  reject(fault: Error): void;
+}
+
+const pending = new Map<number, Waiting>();
+const queue: Job[] = [];
+let workers: Worker[] = [];
+let jobs = 0;
+
+/** In its turn. Rejects when it cannot be decoded. */
+export async function unpack(
+  picture: Uint8Array | Blob,
+  mask: Uint8Array | Blob | null,
+  sizes: (Size | null)[],
+  whole = false,
+): Promise<Unpacked> {
+  return new Promise((resolve, reject) => {
+    const job = { id: ++jobs, picture: own(picture), mask: mask === null ? null : own(mask), sizes, whole };
+    pending.set(job.id, { resolve, reject });
+    queue.push(job);
+    handOut();
+  });
+}
+
+/** A JPEG at once. Rejects when it cannot be decoded. */
+export async function decodeNow(jpeg: Uint8Array): Promise<ImageBitmap> {
+  return createImageBitmap(new Blob([own(jpeg)], { type: "image/jpeg" }), { colorSpaceConversion: "none", premultiplyAlpha: "none" });
+}
+
+function own<Picture extends Blob>(picture: Uint8Array | Picture): Uint8Array<ArrayBuffer> | Picture {
+  return picture instanceof Uint8Array ? new Uint8Array(picture) : picture;
+}
+
+function handOut(): void {
+  if (workers.length === 0) workers = startWorkers();
+  while (pending.size - queue.length < AT_ONCE) {
+    const job = queue.shift();
+    if (job === undefined) return;
+    const transfer = [job.picture, job.mask].flatMap((part) => (part instanceof Uint8Array ? [part.buffer] : []));
+    workers[job.id % workers.length]?.postMessage(job, { transfer });
   }
 }
 
-export function jpegFile(bytes: Uint8Array): Blob {
-  return new Blob([new Uint8Array(bytes)], { type: "image/jpeg" });
-}
-
-export function pngFile(bytes: Uint8Array): Blob {
-  return new Blob([new Uint8Array(bytes)], { type: "image/png" });
-}
-
-/** A canvas of each size that is asked for: there are few, and making one takes longer than to draw on it. */
-const canvases = new Map<string, OffscreenCanvasRenderingContext2D>();
-
-/** The bitmap's RGBA bytes at a size, by default its own, first row first. */
-export function pixels(bitmap: ImageBitmap | OffscreenCanvas, size: Size = bitmap): ImageData {
-  const { width, height } = size;
-  const context = canvasOf(width, height);
-  context.clearRect(0, 0, width, height);
-  context.drawImage(bitmap, 0, 0, width, height);
-  return context.getImageData(0, 0, width, height);
-}
-
-function canvasOf(width: number, height: number): OffscreenCanvasRenderingContext2D {
-  const key = `${width} ${height}`;
-  const known = canvases.get(key);
-  if (known !== undefined) return known;
-  const context = new OffscreenCanvas(width, height).getContext("2d", { willReadFrequently: true });
-  if (context === null) throw new Error("no 2D canvas");
-  context.imageSmoothingQuality = "medium";
-  if (canvases.size >= MOST_CANVASES) canvases.clear();
-  canvases.set(key, context);
-  return context;
+function startWorkers(): Worker[] {
+  return Array.from({ length: navigator.hardwareConcurrency > 2 ? 2 : 1 }, () => {
+    const worker = new Worker("unpacker.js", { type: "module" });
+    worker.addEventListener("message", (event: MessageEvent<Outcome>) => {
+      const { data } = event;
+      const waiting = pending.get(data.id);
+      pending.delete(data.id);
+      if ("fault" in data) waiting?.reject(new Error(data.fault));
+      else waiting?.resolve(data);
+      handOut();
+    });
+    return worker;
+  });
 }

@@ -16,7 +16,7 @@ import {
 } from "three";
 import { TILE_SIZE, type Mosaic, type MosaicTile, type Vec3 } from "../wire/records";
 import type { Ray } from "./ground";
-import { decodeImage, jpegFile, pixels, pngFile } from "./images";
+import { unpack } from "./images";
 import type { Origin } from "./origin";
 import { Thumbs, THUMB_SIZE, type Thumb } from "./thumbs";
 
@@ -65,11 +65,11 @@ export class Mosaics {
     const tile = this.tile(record);
     if (tile.wanted > record.sequence) return;
     tile.wanted = record.sequence;
-    tile.jpeg = jpegFile(record.jpeg);
-    tile.mask = record.mask === null ? null : pngFile(record.mask);
-    const small = await decodeTile(tile, THUMB_SIZE);
-    if (tile.wanted === record.sequence) this.paint(tile, small);
-    close(small);
+    const unpacked = await unpack(record.jpeg, record.mask, [{ width: THUMB_SIZE, height: THUMB_SIZE }]);
+    if (tile.wanted !== record.sequence) return;
+    tile.jpeg = unpacked.file;
+    tile.mask = unpacked.mask;
+    this.paint(tile, unpacked.pixels[0]);
     if (tile.mesh !== null) await this.renew(tile);
   }
 
@@ -139,27 +139,28 @@ export class Mosaics {
     return tile;
   }
 
-  private paint(tile: Tile, small: ImageBitmap | OffscreenCanvas): void {
+  private paint(tile: Tile, small: Uint8ClampedArray | undefined): void {
+    if (small === undefined) return;
     if (tile.thumb === null) {
       tile.thumb = this.thumbs.make(orderOf(tile.mosaic));
       ++this.count;
     }
-    tile.thumb.paint(pixels(small).data);
+    tile.thumb.paint(small);
     this.place(tile);
   }
 
   /** The picture of a tile that is shown in full. */
   private async renew(tile: Tile): Promise<void> {
     const { wanted } = tile;
-    const picture = await decodeTile(tile);
+    const picture = await whole(tile);
     if (tile.wanted === wanted && tile.mesh !== null) dress(tile.mesh, picture);
-    close(picture);
+    picture.close();
   }
 
   private async enlarge(tile: Tile): Promise<void> {
     const { wanted } = tile;
     tile.busy = true;
-    const picture = await decodeTile(tile);
+    const picture = await whole(tile);
     tile.busy = false;
     if (tile.wanted === wanted && tile.mesh === null) {
       tile.mesh = newMesh(tile.mosaic);
@@ -167,7 +168,7 @@ export class Mosaics {
       this.full.add(tile.mesh);
       this.place(tile);
     }
-    close(picture);
+    picture.close();
   }
 
   private reduce(tile: Tile): void {
@@ -241,7 +242,7 @@ function dispose(mesh: Mesh<BufferGeometry, MeshBasicMaterial>): void {
   mesh.geometry.dispose();
 }
 
-function dress(mesh: Mesh<BufferGeometry, MeshBasicMaterial>, picture: ImageBitmap | OffscreenCanvas): void {
+function dress(mesh: Mesh<BufferGeometry, MeshBasicMaterial>, picture: ImageBitmap): void {
   // The picture is closed after it was used; the texture is uploaded from a copy when it is drawn first.
   const canvas = new OffscreenCanvas(picture.width, picture.height);
   canvas.getContext("2d")?.drawImage(picture, 0, 0);
@@ -255,23 +256,9 @@ function dress(mesh: Mesh<BufferGeometry, MeshBasicMaterial>, picture: ImageBitm
   mesh.material.needsUpdate = true;
 }
 
-/** Its colours, transparent where nothing was seen; reduced to a side of so many pixels. */
-async function decodeTile({ jpeg, mask }: Tile, side?: number): Promise<ImageBitmap | OffscreenCanvas> {
-  if (jpeg === null) throw new Error("a tile without colours");
-  const colour = await decodeImage(jpeg, side);
-  if (mask === null) return colour;
-  const seen = await decodeImage(mask, side);
-  const alpha = pixels(seen);
-  const image = pixels(colour);
-  seen.close();
-  colour.close();
-  if (alpha.data.length !== image.data.length) throw new Error("the mask is not of the tile's size");
-  for (let i = 0; i < image.data.length; i += 4) image.data[i + 3] = alpha.data[i] ?? 0;
-  const canvas = new OffscreenCanvas(image.width, image.height);
-  canvas.getContext("2d")?.putImageData(image, 0, 0);
-  return canvas;
-}
-
-function close(picture: ImageBitmap | OffscreenCanvas): void {
-  if (picture instanceof ImageBitmap) picture.close();
+/** Its colours, transparent where nothing was seen. */
+async function whole({ jpeg, mask }: Tile): Promise<ImageBitmap> {
+  const { bitmap } = jpeg === null ? { bitmap: null } : await unpack(jpeg, mask, [], true);
+  if (bitmap === null) throw new Error("a tile without colours");
+  return bitmap;
 }

@@ -4,7 +4,7 @@
 // cells: what a dive of any length takes on the graphics card is bounded but for some 4 kB a plane.
 import { Group, type Vector3 } from "three";
 import type { PlaneColour, PlaneGrid, Vec3 } from "../wire/records";
-import { decodeImage, jpegFile, pixels } from "./images";
+import { unpack, type Size, type Unpacked } from "./images";
 import type { Origin } from "./origin";
 import { Chunk } from "./plane_chunk";
 
@@ -25,6 +25,8 @@ interface Place {
 
 interface Plane {
   grid?: PlaneGrid;
+  /** As it came, until it is unpacked. */
+  fresh?: Uint8Array | undefined;
   jpeg?: Blob;
   /** Sequence of the newest colours asked for. */
   wanted: number;
@@ -64,7 +66,7 @@ export class Planes {
     const plane = this.plane(colour.image);
     if (plane.wanted > colour.sequence) return;
     plane.wanted = colour.sequence;
-    plane.jpeg = jpegFile(colour.jpeg);
+    plane.fresh = colour.jpeg;
     await this.paint(plane);
   }
 
@@ -119,22 +121,19 @@ export class Planes {
     return plane;
   }
 
-  /** Decodes its colours for the first time, or anew; newcomers are fine while there is room. */
+  /** Unpacks its colours for the first time, or anew; newcomers are fine while there is room. */
   private async paint(plane: Plane): Promise<void> {
-    const { grid, jpeg, wanted } = plane;
-    if (grid === undefined || jpeg === undefined) return;
-    const bitmap = await decodeImage(jpeg);
-    const fits = bitmap.width === grid.columns && bitmap.height === grid.rows;
-    if (plane.wanted !== wanted || !fits) {
-      bitmap.close();
-      return;
-    }
+    const { grid, fresh, wanted } = plane;
+    if (grid === undefined || fresh === undefined) return;
+    plane.fresh = undefined;
+    const unpacked = await unpack(fresh, null, [coarseSize(grid), fineSize(grid)]);
+    if (plane.wanted !== wanted || !fits(unpacked, grid)) return;
+    plane.jpeg = unpacked.file;
     const isNew = plane.coarse === undefined;
     plane.coarse ??= this.newPlace(grid, COARSE);
-    fill(plane.coarse, bitmap);
+    fill(plane.coarse, unpacked.pixels[0]);
     if (plane.fine === undefined && this.fine.size < MOST_FINE) this.giveFine(plane, grid);
-    if (plane.fine !== undefined) fill(plane.fine, bitmap);
-    bitmap.close();
+    if (plane.fine !== undefined) fill(plane.fine, unpacked.pixels[1]);
     if (isNew) ++this.count;
     this.place(plane);
   }
@@ -143,13 +142,12 @@ export class Planes {
     const { grid, jpeg, wanted } = plane;
     if (grid === undefined || jpeg === undefined) return;
     plane.busy = true;
-    const bitmap = await decodeImage(jpeg);
+    const unpacked = await unpack(jpeg, null, [fineSize(grid)]);
     plane.busy = false;
     if (plane.wanted === wanted && plane.fine === undefined) {
-      fill(this.giveFine(plane, grid), bitmap);
+      fill(this.giveFine(plane, grid), unpacked.pixels[0]);
       this.place(plane);
     }
-    bitmap.close();
   }
 
   private giveFine(plane: Plane, grid: PlaneGrid): Place {
@@ -174,8 +172,8 @@ export class Planes {
   }
 
   private newPlace({ columns, rows }: PlaneGrid, cellsPerTexel: number): Place {
-    const fits = (one: Chunk) => one.columns === columns && one.rows === rows && one.cellsPerTexel === cellsPerTexel;
-    let chunk = this.chunks.find((one) => fits(one) && !one.isFull);
+    const takes = (one: Chunk) => one.columns === columns && one.rows === rows && one.cellsPerTexel === cellsPerTexel;
+    let chunk = this.chunks.find((one) => takes(one) && !one.isFull);
     if (chunk === undefined) {
       chunk = new Chunk(columns, rows, cellsPerTexel);
       this.chunks.push(chunk);
@@ -202,8 +200,20 @@ export class Planes {
   }
 }
 
-function fill({ chunk, index }: Place, bitmap: ImageBitmap): void {
-  chunk.setColours(index, pixels(bitmap, chunk).data);
+function fill({ chunk, index }: Place, pixels: Uint8ClampedArray | undefined): void {
+  if (pixels !== undefined) chunk.setColours(index, pixels);
+}
+
+function fineSize({ columns, rows }: PlaneGrid): Size {
+  return { width: columns, height: rows };
+}
+
+function coarseSize({ columns, rows }: PlaneGrid): Size {
+  return { width: Math.ceil(columns / COARSE), height: Math.ceil(rows / COARSE) };
+}
+
+function fits({ width, height }: Unpacked, { columns, rows }: PlaneGrid): boolean {
+  return width === columns && height === rows;
 }
 
 /** Survey point of a grid's cell; null where the grid has none. */
