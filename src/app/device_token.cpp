@@ -68,7 +68,9 @@ int write(const fs::path& name, const std::string& token, record::Disk& disk) {
 
 }  // namespace
 
-fs::path token_file(const fs::path& dives) {
+fs::path token_file(const fs::path& dives, const fs::path& state) {
+  std::error_code none;
+  if (fs::is_directory(state, none)) return state / "token";
   fs::path folder = fs::absolute(dives).lexically_normal();
   if (!folder.has_filename()) folder = folder.parent_path();  // "dives/"
   return folder.parent_path() / "token";

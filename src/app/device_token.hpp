@@ -11,8 +11,9 @@
 
 namespace nadir::app {
 
-/// Beside the folder of all dives, in the state directory.
-std::filesystem::path token_file(const std::filesystem::path& dives);
+/// In the state directory, which the package makes; without it beside the folder of all dives.
+std::filesystem::path token_file(const std::filesystem::path& dives,
+                                 const std::filesystem::path& state = "/var/lib/nadir");
 
 /// 32 bytes of the system's randomness in base64url (RFC 4648, 5), 43 characters.
 std::string new_token();

@@ -69,6 +69,7 @@ record::DiveInfo dive_info(nlohmann::json input, const std::string& engine, cons
 
 int finish_dive(const EndOfDive& end) {
   const std::exception_ptr fault = end.graph.join();
+  if (end.live) end.live->close();
   const auto tell = [&](const Alert& alert) {
     end.progress.add(alert);
     if (end.page) end.page->publish(alert);

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <charconv>
+#include <chrono>
 #include <tuple>
 #include <utility>
 
@@ -130,7 +131,10 @@ void add_products(const Folder& folder, const std::string& name, json& products)
 }  // namespace
 
 Dives::Dives(const fs::path& folder, const LiveDive& live, record::Disk& disk)
-    : folder_(fs::absolute(folder).lexically_normal()), live_(live), disk_(disk) {}
+    : folder_(fs::absolute(folder).lexically_normal()),
+      live_(live),
+      disk_(disk),
+      sweeper_(folder_, std::string(kRemoved)) {}
 
 json Dives::entry_of(const std::string& name, const Folder& folder) {
   const auto summary_item = folder.item("dive.json");
@@ -158,7 +162,7 @@ bool Dives::is_live(const std::string& name) const {
 }
 
 json Dives::list() {
-  if (!std::exchange(swept_, true)) sweep();
+  sweeper_.sweep();
   using Aged = std::pair<std::tuple<std::uint32_t, std::int64_t>, json>;
   std::vector<Aged> dives;
   const auto all = Folder::at(folder_);
@@ -257,24 +261,15 @@ Dives::Removal Dives::remove(const std::string& dive) {
   if (is_live(found->name)) return Removal::in_use;
   const record::FolderLock lock(name);
   if (!lock.held()) return Removal::in_use;  // by a recovery, or another program
-  const fs::path removed = folder_ / (std::string(kRemoved) + found->name);
-  std::error_code error;
-  fs::remove_all(removed, error);
+  // Another of that name may still be on its way out.
+  const auto now = std::chrono::steady_clock::now().time_since_epoch().count();
+  const fs::path removed =
+      folder_ / (std::string(kRemoved) + std::to_string(now) + '-' + found->name);
   if (record::rename_file(disk_, name, removed) < 0) return Removal::failed;
   if (record::sync_directory(disk_, folder_) < 0) return Removal::failed;
   known_.erase(found->name);
-  fs::remove_all(removed, error);  // what is left is no dive, and is swept later
+  sweeper_.sweep();
   return Removal::done;
-}
-
-// What a removal that was cut off has left.
-void Dives::sweep() {
-  std::error_code error;
-  std::vector<fs::path> left;
-  for (const auto& entry : fs::directory_iterator(folder_, error)) {
-    if (entry.path().filename().string().starts_with(kRemoved)) left.push_back(entry.path());
-  }
-  for (const fs::path& folder : left) fs::remove_all(folder, error);
 }
 
 }  // namespace nadir::app

@@ -15,6 +15,7 @@
 #include "live_dive.hpp"
 #include "nadir/record/disk.hpp"
 #include "nadir/serve/call.hpp"
+#include "sweeper.hpp"
 #include "tar.hpp"
 
 namespace nadir::app {
@@ -39,7 +40,7 @@ class Dives {
   std::optional<std::filesystem::path> recorded(const std::string& dive) const;
 
   enum class Removal { done, unknown, in_use, failed };
-  /// Cut off at any instant, the dive is there whole or is none any more.
+  /// Cut off at any instant, the dive is there whole or is none any more; its room is free in time.
   Removal remove(const std::string& dive);
 
  private:
@@ -55,7 +56,6 @@ class Dives {
   bool is_live(const std::string& name) const;
   std::optional<Found> find(const std::string& dive) const;
   nlohmann::json entry_of(const std::string& name, const Folder& folder);
-  void sweep();
 
   const std::filesystem::path folder_;
   const LiveDive& live_;
@@ -66,7 +66,7 @@ class Dives {
     std::string dive;
     std::map<std::string, std::vector<std::string>> way_of_id;
   } table_;
-  bool swept_ = false;
+  Sweeper sweeper_;  ///< of what was removed, and of removals that were cut off
 };
 
 }  // namespace nadir::app

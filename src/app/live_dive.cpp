@@ -52,11 +52,17 @@ void LiveDive::note(std::uint64_t saved, bool paused, Time newest) {
   tell_now();
 }
 
-void LiveDive::end() {
+void LiveDive::close() {
   const std::scoped_lock lock(mutex_);
-  if (!std::exchange(is_recording_, false)) return;
+  if (!is_recording_) return;
   recording_.phase = wire::Phase::ended;
   tell_now();
+}
+
+void LiveDive::end() {
+  close();
+  const std::scoped_lock lock(mutex_);
+  is_recording_ = false;
 }
 
 void LiveDive::set_controllable(bool controllable) {

@@ -30,6 +30,8 @@ class LiveDive {
   void begin(const std::filesystem::path& folder);
   /// Images saved so far, of which this is the newest; paused: the disk takes none.
   void note(std::uint64_t saved, bool paused, Time newest);
+  /// No image is recorded any more; its files are made.
+  void close();
   void end();
   void set_controllable(bool controllable);
   void set_controller(const std::string& name);

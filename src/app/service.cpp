@@ -5,6 +5,7 @@
 #include <chrono>
 #include <cstdio>
 #include <cstdlib>
+#include <exception>
 #include <string>
 #include <utility>
 
@@ -57,7 +58,7 @@ Service::Service(const Config& config, ServiceManager& manager, Heartbeat& heart
 int Service::run() {
   cameras_ = beginning_.open_cameras();
   auto command = cameras_ ? map_dive() : beginning_.command();
-  while (command) {
+  while (command && !stop_.stop_requested()) {
     if (command == PageCommand::shut_down) power_off();
     if (command == PageCommand::begin_dive) {
       cameras_->count_anew();
@@ -101,7 +102,13 @@ std::optional<PageCommand> Service::map_dive() {
   if (stop_.stop_requested()) manager_.stopping();
   manager_.status("making the dive's files");
   heart_.beat(1h);  // those of a long dive take their time
-  status_ = finish_dive({graph, *dive, &*page_, progress, begun, &desk_.live()});
+  try {
+    status_ = finish_dive({graph, *dive, &*page_, progress, begun, &desk_.live()});
+  } catch (const std::exception& fault) {
+    if (command != PageCommand::shut_down) throw;  // a new start would keep the board on
+    std::fprintf(stderr, "%s\n", fault.what());
+    status_ = 1;
+  }
   return command;
 }
 
@@ -149,19 +156,24 @@ std::optional<PageCommand> Service::supervise(Graph& graph) {
   return std::nullopt;
 }
 
-// Everything is on the disk: the power may go at any instant from here on.
+// The power may go at any instant from here on.
 void Service::power_off() {
-  constexpr int kPatience = 90;  // s, systemd's for a service that will not end
+  constexpr int kPatience = 30;  // s
+  const auto tell = [this](const char* message, const char* remedy) {
+    const Alert alert{monotonic_now(), std::nullopt, AlertKind::storage, message, remedy};
+    print(alert, stderr);
+    page_->publish(alert);
+  };
   const bool asked = manager_.power_off();
   manager_.status("the board powers off");
+  if (asked) tell("the board powers off", "cut its power once its lights are out");
   for (int s = 0; asked && s < kPatience; ++s) {
     if (!heart_.pause(stop_)) return;
   }
   manager_.stay_on();
-  const Alert alert{monotonic_now(), std::nullopt, AlertKind::storage,
-                    "the board did not power off", "cut its power: all is on the disk"};
-  print(alert, stderr);
-  page_->publish(alert);
+  tell("the board did not power off",
+       status_ == 0 ? "cut its power: all is on the disk"
+                    : "cut its power: what files the dive lacks are made at the next start");
 }
 
 }  // namespace nadir::app

@@ -21,7 +21,8 @@ namespace {
 constexpr std::size_t kHeaderBytes = 8 << 10;
 constexpr std::size_t kChunkBytes = 64 << 10;  // of a download, read while none is written
 constexpr char kHandshakeRecord = 0x16;        // RFC 8446, 5.1; no method begins with it
-constexpr std::size_t kMostCalls = 8, kMostDownloads = 8;
+constexpr std::size_t kMostCalls = 10, kMostDownloads = 8;
+constexpr std::size_t kMostLooks = 8;  // those who command are not kept out by those who look
 
 using Response = http::response<http::span_body<const char>>;
 
@@ -188,7 +189,8 @@ asio::awaitable<void> Front::answer_call(Stream& stream, Reading& reading) {
     if (!refusal) co_return;
   } else if (reading.buffer.size() > 0) {
     refusal = {400, "more than one request"};
-  } else if (calls_ >= kMostCalls) {
+  } else if (calls_ >=
+             (reading.parser.get().method() == http::verb::get ? kMostLooks : kMostCalls)) {
     refusal = {503, "the device is busy with other calls; try again"};
   }
   if (refusal) {
@@ -214,7 +216,8 @@ asio::awaitable<void> Front::answer_call(Stream& stream, Reading& reading) {
 }
 
 asio::awaitable<std::shared_ptr<Feed>> Front::find_feed(Stream& stream, std::string query) {
-  if (!handlers_.feed) co_return nullptr;
+  if (!handlers_.feed || calls_ >= kMostLooks) co_return nullptr;
+  const Counted counted(calls_);
   const std::function<std::shared_ptr<Feed>()> work = [&find = handlers_.feed, query] {
     return feed_of(find, query);
   };

@@ -153,11 +153,17 @@ class Viewer::Conversation : public std::enable_shared_from_this<Viewer::Convers
     const auto period = std::min({feed_->shared.timeouts.header, feed_->shared.timeouts.idle,
                                   feed_->shared.timeouts.stall}) /
                         4;
-    while (!gone_ && !dismissed_) {
+    while (!gone_) {
       error_code ignored;
       tick_.expires_after(period);
       co_await tick_.async_wait(noting(ignored));
-      if (!gone_ && !dismissed_) look();
+      if (gone_) break;
+      if (!dismissed_) {
+        look();
+      } else if (Clock::now() - dismissed_at_ > feed_->shared.timeouts.header) {
+        ++feed_->shared.tally.timed_out;
+        abort();  // the farewell waits for what the viewer does not take
+      }
     }
   }
 
@@ -192,6 +198,7 @@ class Viewer::Conversation : public std::enable_shared_from_this<Viewer::Convers
 
   asio::awaitable<void> close(websocket::close_reason reason) {
     if (std::exchange(dismissed_, true)) co_return;
+    dismissed_at_ = Clock::now();
     error_code ignored;
     co_await socket_.async_close(reason, noting(ignored));
     end();
@@ -217,7 +224,7 @@ class Viewer::Conversation : public std::enable_shared_from_this<Viewer::Convers
   asio::steady_timer wake_, tick_;
   std::optional<Backlog> backlog_;  ///< once it said hello
   const Clock::time_point joined_ = Clock::now();
-  Clock::time_point heard_ = joined_, progressed_ = joined_;
+  Clock::time_point heard_ = joined_, progressed_ = joined_, dismissed_at_ = joined_;
   LinkLoad load_{joined_};
   bool writing_ = false, pinged_ = false, dismissed_ = false, gone_ = false;
 };

@@ -25,6 +25,7 @@ namespace {
 constexpr std::chrono::milliseconds kFarewell{300};
 constexpr std::chrono::milliseconds kAcceptPause{100};  // without descriptors there is no accepting
 constexpr std::chrono::seconds kListenPause{1};
+constexpr Refusal kTooMany{503, "as many viewers as this device serves are watching"};
 
 using Viewers = std::set<std::shared_ptr<Viewer>>;
 
@@ -276,7 +277,7 @@ asio::awaitable<void> WebServer::Reactor::answer(Stream stream) {
   if (shared_.tally.clients < config_.max_clients) {
     co_await view(stream, *for_feed);
   } else {
-    co_await front_.refuse(stream, {503, "as many viewers as this device serves are watching"});
+    co_await front_.refuse(stream, kTooMany);
   }
 }
 
@@ -295,6 +296,10 @@ asio::awaitable<void> WebServer::Reactor::view(Stream& stream, const HttpRequest
   const std::shared_ptr<Feed::Core> feed = co_await feed_for(stream, request);
   if (!feed || feed->has_ended) {
     co_await front_.refuse(stream, {404, "there is no such feed"});
+    co_return;
+  }
+  if (shared_.tally.clients >= config_.max_clients) {  // others came while it was looked for
+    co_await front_.refuse(stream, kTooMany);
     co_return;
   }
   {

@@ -116,7 +116,9 @@ TEST_F(TheToken, ThatIsNotThereIsToldWithTheRemedy) {
 TEST(TokenFile, LiesBesideTheDives) {
   EXPECT_EQ(token_file("/var/lib/nadir/dives"), "/var/lib/nadir/token");
   EXPECT_EQ(token_file("/var/lib/nadir/dives/"), "/var/lib/nadir/token");
-  EXPECT_EQ(token_file("dives"), fs::current_path() / "token");
+  EXPECT_EQ(token_file("dives", "no such folder"), fs::current_path() / "token");
+  EXPECT_EQ(token_file("/media/card/dives", fs::current_path()), fs::current_path() / "token")
+      << "a card that is taken out does not take it along";
 }
 
 TEST(IsSameToken, IsForEqualOnesOnly) {

@@ -4,7 +4,10 @@
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+
 #include <sys/stat.h>
+#include <chrono>
+#include <thread>
 
 #include <cstdlib>
 #include <fstream>
@@ -231,6 +234,9 @@ TEST_F(TheDives, WhoseRemovalWasCutOffAreNoDives) {
   fs::rename(scratch / "dives/dive-0002", scratch / "dives/.removed-dive-0002");
   EXPECT_TRUE(unfinished_dives(scratch / "dives").empty());
   EXPECT_EQ(dives.list().size(), 3u);
+  const auto end = std::chrono::steady_clock::now() + std::chrono::seconds(5);
+  while (fs::exists(scratch / "dives/.removed-dive-0002") && std::chrono::steady_clock::now() < end)
+    std::this_thread::sleep_for(std::chrono::milliseconds(5));
   EXPECT_FALSE(fs::exists(scratch / "dives/.removed-dive-0002"));
 }
 

@@ -119,7 +119,9 @@ async function openWith(browser, records) {
     const welcome = Buffer.alloc(HEADER + 16);
     welcome.set([TYPE.welcome, VERSION]);
     welcome.writeBigUInt64LE(7n, HEADER);
-    for (const record of [welcome, ...records]) socket.write(framed(record));
+    const caughtUp = Buffer.alloc(HEADER + 16);
+    caughtUp.set([TYPE.caughtUp, VERSION]);
+    for (const record of [welcome, ...records, caughtUp]) socket.write(framed(record));
     socket.on("error", () => socket.destroy());
     sockets.push(socket);
   });

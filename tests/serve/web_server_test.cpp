@@ -476,6 +476,15 @@ TEST_F(WebServerTest, BeginsAnotherFeedAndSendsItsViewersOver) {
   EXPECT_EQ(server.stats().retained_bytes, wire::kHeaderSize + 8) << "of the first nothing is kept";
 }
 
+TEST_F(WebServerTest, LetsGoOfAViewerThatTakesNoFarewell) {
+  RawClient deaf(server.port(), 1024);
+  deaf.join();
+  for (std::uint32_t i = 0; i < 40; ++i) server.feed()->publish(Lane::data, i, record(i, 40'000));
+  std::this_thread::sleep_for(100ms);  // until nothing more fits on the way
+  server.begin_feed();
+  EXPECT_TRUE(soon([&] { return server.stats().clients == 0; }));
+}
+
 TEST(WebServer, GivesTheFeedThatAQueryNamesWhileItIsHeld) {
   std::shared_ptr<Feed> recorded;
   WebServer server(quick(), {}, {}, Listen::at_once, {.feed = [&](const std::string& query) {

@@ -157,11 +157,21 @@ export class Api {
       });
       const text = await response.text();
       if (response.ok) return { ok: true, value: (text === "" ? null : JSON.parse(text)) as T };
-      if (response.status === 409 && path !== "control/take") this.keepControl(false);
+      if (path !== "control/take" && isLoss(response.status, text)) this.keepControl(false);
       return { ok: false, status: response.status, reason: reasonIn(text) };
     } catch {
       return { ok: false, status: 0, reason: "" };
     }
+  }
+}
+
+/** Whether this page has no control any more: a refusal says who has it, or the token is another. */
+function isLoss(status: number, text: string): boolean {
+  if (status === 401) return true;
+  try {
+    return status === 409 && "controller" in (JSON.parse(text) as object);
+  } catch {
+    return false;
   }
 }
 

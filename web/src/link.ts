@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: nadir contributors
 // SPDX-License-Identifier: Apache-2.0
 import { decode } from "./wire/decode";
-import { HEADER_SIZE, VERSION, type DiveRecord } from "./wire/records";
+import { HEADER_SIZE, VERSION, type DiveRecord, type Welcome } from "./wire/records";
 
 export type LinkState = "connecting" | "live" | "lost";
 
@@ -30,6 +30,8 @@ export class Link {
   private feed = 0n;
   /** Everything of the feed up to this sequence is here. */
   private complete = 0n;
+  /** What this page has not seen was there before it up to this sequence. */
+  private old = 0;
   private socket: WebSocket | null = null;
   private retryMs = FIRST_RETRY_MS;
   private timer: ReturnType<typeof setTimeout> | undefined;
@@ -58,6 +60,11 @@ export class Link {
       this.retryLater();
     };
     this.feedWatchdog();
+  }
+
+  /** Whether a record came to be while this page was there, or but for a broken link. */
+  isNews(sequence: number): boolean {
+    return sequence > this.old;
   }
 
   /** Tries at once when a retry is due later: the network or the viewer is back. */
@@ -93,7 +100,7 @@ export class Link {
       return;
     }
     if (record.type === "welcome") {
-      this.greet(record.feed);
+      this.greet(record);
     } else if (record.type === "caught_up") {
       this.complete = record.upTo;
       this.isCurrent = true;
@@ -103,10 +110,11 @@ export class Link {
     }
   }
 
-  private greet(feed: bigint): void {
+  private greet({ feed, newest }: Welcome): void {
     if (feed !== this.feed) {
       this.feed = feed;
       this.complete = 0n;
+      this.old = newest;
       this.events.newFeed();
     }
     this.retryMs = FIRST_RETRY_MS;

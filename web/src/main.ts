@@ -58,9 +58,14 @@ const link = new Link(feedAddress(), {
   state: (now) => {
     linkState = now;
     showLink();
-    if (now === "lost") void recorded?.explain();
+    if (now !== "lost") return;
+    if (view !== null) view.isCatchingUp = false;
+    void recorded?.explain();
   },
-  caughtUp: (letGo) => recorded?.setLetGo(letGo),
+  caughtUp: (letGo) => {
+    if (view !== null) view.isCatchingUp = false;
+    recorded?.setLetGo(letGo);
+  },
 });
 wire();
 link.connect();
@@ -123,6 +128,8 @@ function forget(): void {
   state = null;
   link.mayBeSilent = false;
   for (const part of [recorded, view, gauges, guide, alerts, equipment, picture, system, marks, menu]) part?.clear();
+  showLoss(false);
+  hands?.take(null);
   pins.set("gap", []);
   rail.setBubble("menu", 0);
 }
@@ -136,7 +143,7 @@ function receive(record: DiveRecord): void {
       break;
     case "alert":
       // Those of a recorded dive are old, but for what is said of the reading once it has ended.
-      if (recorded === null) alerts.add(record, link.isCurrent);
+      if (recorded === null) alerts.add(record, link.isNews(record.sequence));
       else alerts.add(record, recorded.isWhole, false);
       break;
     case "live_image":

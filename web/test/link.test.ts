@@ -1,6 +1,7 @@
 // SPDX-FileCopyrightText: nadir contributors
 // SPDX-License-Identifier: Apache-2.0
 import { afterEach, beforeEach, describe, expect, it, vi } from "vitest";
+import { decode } from "../src/wire/decode";
 import { Link, type LinkState } from "../src/link";
 import type { DiveRecord } from "../src/wire/records";
 import { golden } from "./golden";
@@ -150,10 +151,14 @@ describe("Link", () => {
     expect(sockets.length).toBe(2);
   });
 
-  it("calls news only what comes after it was brought up to date", () => {
+  it("calls news what came to be after it joined, however much it has still to be brought", () => {
     const { link, receive } = start();
     receive(golden("welcome"));
     expect(link.isCurrent).toBe(false);
+    const welcome = decode(golden("welcome"));
+    const newest = welcome?.type === "welcome" ? welcome.newest : NaN;
+    expect(link.isNews(newest)).toBe(false);
+    expect(link.isNews(newest + 1)).toBe(true);
     receive(golden("caught_up"));
     expect(link.isCurrent).toBe(true);
   });

@@ -5,6 +5,7 @@ import type { LastView, LiveImage, Measures, WayBack } from "../wire/records";
 import { byId, el, icon, say } from "./dom";
 import { amount, clock, count, S } from "./strings";
 
+const FOUND: WayBack = { type: "way_back", lost: false, known: false, turn: 0, distance: 0, sigma: 0 };
 const POINT_PX = 3;
 
 /** Decodes pictures one after the other; while one is decoded only the newest of those that come is kept. */
@@ -76,7 +77,7 @@ export class Picture {
     this.large.setAttribute("aria-label", S.live.title);
     const layers = el("div", "layers", this.canvas, this.ghost, this.overlay);
     this.large.append(layers, el("div", "captions", this.title, this.warnings), el("p", "ghost-label", S.ghost), this.way);
-    this.setWayBack({ type: "way_back", lost: false, known: false, turn: 0, distance: 0, sigma: 0 });
+    this.setWayBack(FOUND);
   }
 
   set isLarge(large: boolean) {
@@ -120,6 +121,7 @@ export class Picture {
 
   clear(): void {
     this.newest = null;
+    this.setWayBack(FOUND);
     this.mark(null);
   }
 

@@ -3,6 +3,8 @@
 // Compressed pictures to pixels, a few at a time, colours untouched. All but the live image by threads beside the page's.
 
 const AT_ONCE = 8;
+/** Before workers that failed are started again. */
+const PAUSE_MS = 2000;
 
 export interface Size {
   width: number;
@@ -37,6 +39,7 @@ interface Waiting {
 const pending = new Map<number, Waiting>();
 const queue: Job[] = [];
 let workers: Worker[] = [];
+let failed = false;
 let jobs = 0;
 
 /** In its turn. Rejects when it cannot be decoded. */
@@ -64,6 +67,7 @@ function own<Picture extends Blob>(picture: Uint8Array | Picture): Uint8Array<Ar
 }
 
 function handOut(): void {
+  if (failed) return;
   if (workers.length === 0) workers = startWorkers();
   while (pending.size - queue.length < AT_ONCE) {
     const job = queue.shift();
@@ -84,6 +88,26 @@ function startWorkers(): Worker[] {
       else waiting?.resolve(data);
       handOut();
     });
+    worker.addEventListener("error", startAgain);
+    worker.addEventListener("messageerror", startAgain);
     return worker;
   });
+}
+
+/** What was in hand is lost; what waits is not. */
+function startAgain(): void {
+  if (failed) return;
+  failed = true;
+  workers.forEach((worker) => { worker.terminate(); });
+  workers = [];
+  const waiting = new Set(queue.map(({ id }) => id));
+  for (const [id, inHand] of pending) {
+    if (waiting.has(id)) continue;
+    pending.delete(id);
+    inHand.reject(new Error("the thread that unpacks pictures failed"));
+  }
+  setTimeout(() => {
+    failed = false;
+    handOut();
+  }, PAUSE_MS);
 }

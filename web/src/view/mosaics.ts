@@ -160,8 +160,7 @@ export class Mosaics {
   private async enlarge(tile: Tile): Promise<void> {
     const { wanted } = tile;
     tile.busy = true;
-    const picture = await whole(tile);
-    tile.busy = false;
+    const picture = await whole(tile).finally(() => (tile.busy = false));
     if (tile.wanted === wanted && tile.mesh === null) {
       tile.mesh = newMesh(tile.mosaic);
       dress(tile.mesh, picture);

@@ -142,8 +142,7 @@ export class Planes {
     const { grid, jpeg, wanted } = plane;
     if (grid === undefined || jpeg === undefined) return;
     plane.busy = true;
-    const unpacked = await unpack(jpeg, null, [fineSize(grid)]);
-    plane.busy = false;
+    const unpacked = await unpack(jpeg, null, [fineSize(grid)]).finally(() => (plane.busy = false));
     if (plane.wanted === wanted && plane.fine === undefined) {
       fill(this.giveFine(plane, grid), unpacked.pixels[0]);
       this.place(plane);
