@@ -151,8 +151,8 @@ std::optional<PageCommand> Beginning::wait_for_command(capture::CameraSource& ca
   commands_.accept(std::move(accepted));
   while (const auto captured = cameras.next(stop_)) {  // what they see is not kept
     heart_.beat();
-    if (const auto command = commands_.take(stop_, 0s)) return command;
     for (const Alert& alert : captured->alerts) tell(alert);
+    if (const auto command = commands_.take(stop_, 0s)) return command;
     show_waiting({Verdict::absent, "dive", "none is being recorded", "begin one: Menu, Dive"});
   }
   return std::nullopt;
