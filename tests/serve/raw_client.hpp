@@ -12,6 +12,7 @@
 
 #include <chrono>
 #include <cstdint>
+#include <cstring>
 #include <optional>
 #include <string>
 #include <string_view>
@@ -31,6 +32,15 @@ struct Message {
     return bytes.size() < 2 ? "" : std::string(bytes.begin() + 2, bytes.end());
   }
 };
+
+/// What follows a record's header, 0 when nothing does.
+inline std::uint32_t content(const Message& message) {
+  std::uint32_t value = 0;
+  if (message.bytes.size() >= wire::kHeaderSize + sizeof value) {
+    std::memcpy(&value, message.bytes.data() + wire::kHeaderSize, sizeof value);
+  }
+  return value;
+}
 
 class RawClient {
  public:

@@ -35,14 +35,6 @@ wire::Bytes record(std::uint32_t content, std::size_t body = 8) {
   return bytes;
 }
 
-std::uint32_t content(const Message& message) {
-  std::uint32_t value = 0;
-  if (message.bytes.size() >= wire::kHeaderSize + sizeof value) {
-    std::memcpy(&value, message.bytes.data() + wire::kHeaderSize, sizeof value);
-  }
-  return value;
-}
-
 template <class Condition>
 bool soon(Condition condition) {
   const auto end = std::chrono::steady_clock::now() + 5s;

@@ -39,14 +39,6 @@ wire::Bytes record(std::uint32_t content, std::size_t body = 8) {
   return bytes;
 }
 
-std::uint32_t content(const Message& message) {
-  std::uint32_t value = 0;
-  if (message.bytes.size() >= wire::kHeaderSize + sizeof value) {
-    std::memcpy(&value, message.bytes.data() + wire::kHeaderSize, sizeof value);
-  }
-  return value;
-}
-
 /// Contents of the records up to CaughtUp.
 std::vector<std::uint32_t> contents(RawClient& client) {
   std::vector<std::uint32_t> all;

@@ -58,15 +58,11 @@ const link = new Link(feedAddress(), {
   state: (now) => {
     linkState = now;
     showLink();
-    if (now !== "lost") return;
-    if (view !== null) view.isCatchingUp = false;
-    void recorded?.explain();
+    if (now === "lost") void recorded?.explain();
   },
-  caughtUp: (letGo) => {
-    if (view !== null) view.isCatchingUp = false;
-    recorded?.setLetGo(letGo);
-  },
+  caughtUp: (letGo) => recorded?.setLetGo(letGo),
 });
+if (view !== null) view.isCatchingUp = () => linkState === "live" && !link.isCurrent;
 wire();
 link.connect();
 
@@ -184,7 +180,6 @@ function receive(record: DiveRecord): void {
     default:
       break;
   }
-  if (view !== null) view.isCatchingUp = !link.isCurrent;
   view?.show(record).catch(() => ++undecodable);
   if (record.type === "pose") guide.setVehicle(view?.vehicle ?? record);
 }

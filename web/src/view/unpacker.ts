@@ -23,7 +23,7 @@ async function unpack({ id, picture, mask, sizes, whole }: Job): Promise<void> {
     }
     const { width, height } = colour;
     const pixels = sizes.map((size) => pixelsOf(colour, seen, size ?? colour).data);
-    const bitmap = whole ? await bitmapOf(colour, seen) : null;
+    const bitmap = whole ? await createImageBitmap(pixelsOf(colour, seen, colour), OPTIONS) : null;
     colour.close();
     seen?.close();
     const outcome: Outcome = { id, file, mask: maskFile, width, height, pixels, bitmap };
@@ -45,10 +45,6 @@ function pixelsOf(colour: ImageBitmap, mask: ImageBitmap | null, size: Size): Im
   const alpha = drawn(mask, size);
   for (let i = 0; i < image.data.length; i += 4) image.data[i + 3] = alpha.data[i] ?? 0;
   return image;
-}
-
-async function bitmapOf(colour: ImageBitmap, mask: ImageBitmap | null): Promise<ImageBitmap> {
-  return createImageBitmap(pixelsOf(colour, mask, colour), OPTIONS);
 }
 
 function drawn(bitmap: ImageBitmap, { width, height }: Size): ImageData {

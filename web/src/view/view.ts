@@ -64,7 +64,7 @@ export class View {
     map: { mosaic: true, planes: "off", tiePoints: false, cameras: true, coverage: true, plan: true },
   };
   /** Much is told at once: it is drawn now and then. */
-  isCatchingUp = false;
+  isCatchingUp: () => boolean = () => false;
   /** Told when the viewer's own hand ended a framing. */
   onFraming: (framing: Framing) => void = () => undefined;
   /** Told after each picture drawn. */
@@ -339,7 +339,7 @@ export class View {
     this.news = setTimeout(() => {
       this.news = undefined;
       this.draw();
-    }, Math.max(0, this.drawnAt + Math.max(NEWS_SHARE * this.cost, this.isCatchingUp ? CATCHING_UP_MS : 0) - performance.now()));
+    }, Math.max(0, this.drawnAt + Math.max(NEWS_SHARE * this.cost, this.isCatchingUp() ? CATCHING_UP_MS : 0) - performance.now()));
   }
 
   /** Waits until the graphics card has drawn what was begun. */
@@ -372,7 +372,7 @@ export class View {
     this.news = undefined;
     const seconds = Math.min(0.25, (now - this.drawnAt) / 1000);
     this.drawnAt = now;
-    if (!this.isCatchingUp) this.setQuality(this.budget.begin(now));
+    if (!this.isCatchingUp()) this.setQuality(this.budget.begin(now));
     this.cameras.update();
     this.cameras.setSize(0.2 * (this.range || 1));
     const moving = this.frame(seconds);
@@ -382,7 +382,7 @@ export class View {
     this.renderer.render(this.scene, this.eye.camera);
     this.measure(performance.now());
     this.onDrawn();
-    if (moving && this.isCatchingUp) this.drawNews();
+    if (moving && this.isCatchingUp()) this.drawNews();
     else if (moving) this.draw();
     this.refineSoon(now);
   }
