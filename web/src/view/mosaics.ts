@@ -120,6 +120,7 @@ export class Mosaics {
   clear(): void {
     for (const tile of this.tiles.values()) {
       tile.wanted = Infinity;
+      tile.jpeg = null;
       if (tile.mesh !== null) dispose(tile.mesh);
     }
     this.full.clear();
@@ -151,17 +152,17 @@ export class Mosaics {
 
   /** The picture of a tile that is shown in full. */
   private async renew(tile: Tile): Promise<void> {
-    const { wanted } = tile;
+    const { jpeg } = tile;
     const picture = await whole(tile);
-    if (tile.wanted === wanted && tile.mesh !== null) dress(tile.mesh, picture);
+    if (tile.jpeg === jpeg && tile.mesh !== null) dress(tile.mesh, picture);
     picture.close();
   }
 
   private async enlarge(tile: Tile): Promise<void> {
-    const { wanted } = tile;
+    const { jpeg } = tile;
     tile.busy = true;
     const picture = await whole(tile).finally(() => (tile.busy = false));
-    if (tile.wanted === wanted && tile.mesh === null) {
+    if (tile.jpeg === jpeg && tile.mesh === null) {
       tile.mesh = newMesh(tile.mosaic);
       dress(tile.mesh, picture);
       this.full.add(tile.mesh);

@@ -106,7 +106,10 @@ export class Planes {
       chunk.dispose();
     });
     this.chunks = [];
-    this.planes.forEach((plane) => (plane.wanted = Infinity));
+    this.planes.forEach((plane) => {
+      plane.wanted = Infinity;
+      delete plane.jpeg;
+    });
     this.planes = new Map();
     this.fine = new Set();
     this.count = 0;
@@ -139,11 +142,11 @@ export class Planes {
   }
 
   private async makeFine(plane: Plane): Promise<void> {
-    const { grid, jpeg, wanted } = plane;
+    const { grid, jpeg } = plane;
     if (grid === undefined || jpeg === undefined) return;
     plane.busy = true;
     const unpacked = await unpack(jpeg, null, [fineSize(grid)]).finally(() => (plane.busy = false));
-    if (plane.wanted === wanted && plane.fine === undefined) {
+    if (plane.jpeg === jpeg && plane.fine === undefined) {
       fill(this.giveFine(plane, grid), unpacked.pixels[0]);
       this.place(plane);
     }

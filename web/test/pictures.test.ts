@@ -1,0 +1,108 @@
+// SPDX-FileCopyrightText: nadir contributors
+// SPDX-License-Identifier: Apache-2.0
+// Pictures are unpacked beside the page: one that a newer has overtaken must not be shown.
+import { afterEach, beforeEach, describe, expect, it, vi } from "vitest";
+import { Mosaics } from "../src/view/mosaics";
+import { Origin } from "../src/view/origin";
+import type { Mosaic, MosaicTile } from "../src/wire/records";
+
+interface Job {
+  picture: Uint8Array | Blob;
+  finish(): void;
+}
+
+const { jobs } = vi.hoisted(() => ({ jobs: [] as Job[] }));
+
+vi.mock("../src/view/images", () => ({
+  unpack: async (picture: Uint8Array | Blob, mask: unknown, sizes: { width: number; height: number }[]) =>
+    new Promise((resolve) => {
+      const file = picture instanceof Blob ? picture : new Blob([new Uint8Array(picture)]);
+      const pixels = sizes.map(({ width, height }) => new Uint8ClampedArray(4 * width * height));
+      const bitmap = { file, width: 1, height: 1, close: () => undefined };
+      jobs.push({ picture, finish: () => { resolve({ file, mask: null, width: 1, height: 1, pixels, bitmap }); } });
+    }),
+}));
+
+/** What was drawn upon it last. */
+class Canvas {
+  drawn: { file: Blob } | null = null;
+  getContext() {
+    return { drawImage: (picture: { file: Blob }) => (this.drawn = picture) };
+  }
+}
+
+const GRID: Mosaic = {
+  type: "mosaic",
+  mosaic: 0,
+  submap: 0,
+  world: { a: 0.01, d: 0, b: 0, e: -0.01, c: 0, f: 0 },
+  normal: [0, 0, 1],
+  offset: 0,
+  groundSamplingDistance: 0.01,
+};
+
+function tile(sequence: number): MosaicTile & { sequence: number } {
+  return { type: "mosaic_tile", mosaic: 0, column: 0, row: 0, jpeg: new Uint8Array([sequence]), mask: null, sequence };
+}
+
+/** Ends what is unpacked now and lets what follows from it begin. */
+async function finish(): Promise<void> {
+  for (const job of jobs.splice(0)) job.finish();
+  await new Promise((resolve) => setTimeout(resolve));
+}
+
+async function shown(mosaics: Mosaics): Promise<number | undefined> {
+  const [, full] = mosaics.object.children;
+  const mesh = full?.children[0] as { material: { map: { image: Canvas } } } | undefined;
+  const file = mesh?.material.map.image.drawn?.file;
+  return file === undefined ? undefined : new Uint8Array(await file.arrayBuffer())[0];
+}
+
+describe("Mosaics", () => {
+  beforeEach(() => {
+    jobs.length = 0;
+    vi.stubGlobal("OffscreenCanvas", Canvas);
+  });
+  afterEach(() => { vi.unstubAllGlobals(); });
+
+  const wholeScreen = () => 1000;
+
+  it("shows a tile in full, and anew when it is told anew", async () => {
+    const mosaics = new Mosaics(new Origin());
+    mosaics.setMosaic(GRID);
+    void mosaics.setTile(tile(1));
+    await finish();
+    void mosaics.refine(wholeScreen);
+    await finish();
+    expect(await shown(mosaics)).toBe(1);
+    void mosaics.setTile(tile(2));
+    await finish();
+    await finish();
+    expect(await shown(mosaics)).toBe(2);
+  });
+
+  it("does not keep an older picture that was unpacked in full while a newer one came", async () => {
+    const mosaics = new Mosaics(new Origin());
+    mosaics.setMosaic(GRID);
+    void mosaics.setTile(tile(1));
+    await finish();
+    void mosaics.setTile(tile(2));
+    void mosaics.refine(wholeScreen);
+    await finish();
+    void mosaics.refine(wholeScreen);
+    await finish();
+    expect(await shown(mosaics)).toBe(2);
+  });
+
+  it("shows nothing of the dive before that is unpacked late", async () => {
+    const mosaics = new Mosaics(new Origin());
+    mosaics.setMosaic(GRID);
+    void mosaics.setTile(tile(1));
+    await finish();
+    void mosaics.refine(wholeScreen);
+    mosaics.clear();
+    await finish();
+    expect(mosaics.count).toBe(0);
+    expect(await shown(mosaics)).toBeUndefined();
+  });
+});
