@@ -3,6 +3,7 @@
 #include "backlog.hpp"
 
 #include <array>
+#include <optional>
 
 namespace nadir::serve {
 namespace {
@@ -58,23 +59,21 @@ SharedBytes Backlog::next(bool thin) {
   }
   const Record* const live =
       records_->oldest_after(thin ? Lane::thin_live : Lane::live, live_sent_);
-  constexpr std::array kTurns{Lane::prompt, Lane::live, Lane::prompt, Lane::data};
-  for (std::size_t tried = 0; tried < kTurns.size(); ++tried) {
-    const Lane lane = kTurns[turn_++ % kTurns.size()];
-    if (lane == Lane::prompt && prompt != nullptr) {
-      prompt_.sent(*prompt);
-      return prompt->bytes;
-    }
-    if (lane == Lane::live && live != nullptr) {
-      live_sent_ = live->sequence;
-      return live->bytes;
-    }
-    if (lane == Lane::data && data != nullptr) {
-      data_.sent(*data);
-      return data->bytes;
-    }
+  const std::array waiting{prompt, live, data};  // as FairShares::kLanes
+  std::optional<std::size_t> first;
+  for (std::size_t lane = 0; lane < waiting.size(); ++lane) {
+    if (waiting[lane] == nullptr) continue;
+    if (!first || shares_.due(lane) < shares_.due(*first)) first = lane;
   }
-  return nullptr;
+  if (!first) return nullptr;
+  const Record& record = *waiting[*first];
+  shares_.took(*first, record.bytes->size());
+  switch (FairShares::kLanes[*first]) {
+    case Lane::prompt: prompt_.sent(record); break;
+    case Lane::data: data_.sent(record); break;
+    default: live_sent_ = record.sequence;
+  }
+  return record.bytes;
 }
 
 wire::Bytes Backlog::caught_up() const {

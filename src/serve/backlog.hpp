@@ -4,6 +4,9 @@
 // slow viewer costs no memory, skips what was superseded and ends complete.
 #pragma once
 
+#include <algorithm>
+#include <array>
+#include <cstddef>
 #include <cstdint>
 #include <vector>
 
@@ -35,13 +38,33 @@ class NewestFirst {
   std::vector<Gap> gaps_;  ///< ascending, disjoint
 };
 
+/// Shares a link among lanes by the bytes they send (start-time fair queueing, Goyal, Vin and Cheng
+/// 1996): however large the records of one, another with something to send has its part.
+class FairShares {
+ public:
+  /// Twice as much of a link for what is prompt.
+  static constexpr std::array kLanes{Lane::prompt, Lane::live, Lane::data};
+  static constexpr std::array kWeights{2.0, 1.0, 1.0};
+
+  /// When a lane of kLanes is due; the least is the next.
+  double due(std::size_t lane) const { return std::max(now_, free_[lane]); }
+  void took(std::size_t lane, std::size_t bytes) {
+    now_ = due(lane);
+    free_[lane] = now_ + static_cast<double>(bytes) / kWeights[lane];
+  }
+
+ private:
+  double now_ = 0;
+  std::array<double, kLanes.size()> free_{};
+};
+
 class Backlog {
  public:
   /// Of a viewer that has everything up to a sequence (0: nothing). The records outlive it.
   Backlog(const RetainedRecords& records, std::uint64_t has);
 
   /// The record to send next, taken as sent; null while there is none. State first; then the others
-  /// in turn, live as thin_live over a thin link; CaughtUp when all that must be sent was.
+  /// by their shares, live as thin_live over a thin link; CaughtUp when all that must be sent was.
   SharedBytes next(bool thin = false);
   /// What next() said last when all was sent.
   wire::Bytes caught_up() const;
@@ -50,7 +73,7 @@ class Backlog {
   const RetainedRecords* records_;
   std::uint64_t state_sent_, live_sent_, told_;
   NewestFirst prompt_, data_;
-  std::size_t turn_ = 0;
+  FairShares shares_;
 };
 
 }  // namespace nadir::serve

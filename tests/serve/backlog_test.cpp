@@ -5,6 +5,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <map>
 #include <random>
 
@@ -113,15 +114,33 @@ TEST(Backlog, SharesALinkBetweenLiveImagesAndData) {
   EXPECT_THAT(sequences, ElementsAre(4, 3, 6, 2, 8, 1));
 }
 
-TEST(Backlog, SendsWhatIsPromptEveryOtherTimeAndLeavesNobodyOut) {
+TEST(Backlog, GivesWhatIsPromptHalfOfTheLinkHoweverLargeTheOthers) {
+  constexpr std::size_t kPrompt = 500, kData = 25'000, kLive = 8'000;
   RetainedRecords records(kPlenty);
-  for (std::uint64_t key = 1; key <= 3; ++key) records.put(Lane::data, key, record());    // 1 to 3
-  for (std::uint64_t key = 1; key <= 4; ++key) records.put(Lane::prompt, key, record());  // to 7
-  records.put(Lane::live, 0, record());                                                   // 8
+  for (std::uint64_t key = 0; key < 20; ++key) records.put(Lane::data, key, record(kData));
+  for (std::uint64_t key = 0; key < 200; ++key) records.put(Lane::prompt, key, record(kPrompt));
   Backlog backlog(records, 0);
-  EXPECT_THAT(take(backlog, 3), ElementsAre(7, 8, 6));
-  records.put(Lane::prompt, 5, record());  // 9
-  EXPECT_THAT(take(backlog), ElementsAre(3, 9, 5, 2, 4, 1, 0));
+  std::map<std::size_t, std::size_t> sent;  // bytes of each size of record
+  while (sent[kPrompt] < 150 * kPrompt) {
+    records.put(Lane::live, 0, record(kLive));
+    const std::size_t body = backlog.next()->size() - wire::kHeaderSize;
+    sent[body] += body;
+  }
+  EXPECT_GE(sent[kPrompt] + kData + kLive, sent[kData] + sent[kLive]);
+  EXPECT_GE(sent[kData] + kData, sent[kLive]);
+  EXPECT_GE(sent[kLive] + kData, sent[kData]);
+}
+
+TEST(Backlog, LetsNoLaneSaveUpWhatItDidNotSend) {
+  RetainedRecords records(kPlenty);
+  for (std::uint64_t key = 0; key < 40; ++key) records.put(Lane::data, key, record(10'000));
+  Backlog backlog(records, 0);
+  take(backlog, 20);
+  for (std::uint64_t key = 0; key < 100; ++key) records.put(Lane::prompt, key, record(1'000));
+  const std::vector<std::uint64_t> next = take(backlog, 40);
+  EXPECT_EQ(next.front(), 140u) << "the newest of what is prompt";
+  const auto data = std::count_if(next.begin(), next.end(), [](auto at) { return at <= 40; });
+  EXPECT_NEAR(static_cast<double>(data), 2, 1) << "a third of the bytes";
 }
 
 TEST(Backlog, TellsOfCompletenessThoughLiveImagesNeverEnd) {

@@ -62,7 +62,7 @@ const link = new Link(feedAddress(), {
   },
   caughtUp: (letGo) => recorded?.setLetGo(letGo),
 });
-if (view !== null) view.isCatchingUp = () => linkState === "live" && !link.isCurrent;
+if (view !== null) view.pace.isCatchingUp = () => linkState === "live" && !link.isCurrent;
 wire();
 link.connect();
 

@@ -14,7 +14,7 @@ interface Job {
 const { jobs } = vi.hoisted(() => ({ jobs: [] as Job[] }));
 
 vi.mock("../src/view/images", () => ({
-  unpack: async (picture: Uint8Array | Blob, mask: unknown, sizes: { width: number; height: number }[]) =>
+  unpack: async (picture: Uint8Array | Blob, _mask: unknown, sizes: { width: number; height: number }[]) =>
     new Promise((resolve) => {
       const file = picture instanceof Blob ? picture : new Blob([new Uint8Array(picture)]);
       const pixels = sizes.map(({ width, height }) => new Uint8ClampedArray(4 * width * height));

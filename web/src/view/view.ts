@@ -9,6 +9,7 @@ import { Eye, type Look, type Margins } from "./eye";
 import { Ground, type Ray, type Sight } from "./ground";
 import { Mosaics } from "./mosaics";
 import { Origin } from "./origin";
+import { Pace } from "./pace";
 import { Planes, pointOf, type PlaneStyle } from "./planes";
 import { Strokes } from "./strokes";
 import { TiePointCloud } from "./tie_points";
@@ -47,12 +48,9 @@ const VEHICLE_PX = 44;
 /** Where style.css puts the cards over the map. */
 const LANDSCAPE: Margins = { left: 24, top: 24, right: 24, bottom: 120 };
 const PORTRAIT: Margins = { left: 24, top: 24, right: 24, bottom: 220 };
-/** News are drawn in one part of so many of the time. */
-const NEWS_SHARE = 4;
-const MOST_COST_MS = 500;
-const MEASURE_MS = 8;
-const CATCHING_UP_MS = 1000;
 const REFINE_MS = 250;
+/** The eye goes no further after a pause than after this. */
+const LONGEST_STEP_S = 0.25;
 /** What a finger in a glove may move and still have tapped. */
 const TAP_PX = 24;
 const TAP_MS = 600;
@@ -63,8 +61,6 @@ export class View {
     scene: { mosaic: true, planes: "quads", tiePoints: true, cameras: true, coverage: false, plan: false },
     map: { mosaic: true, planes: "off", tiePoints: false, cameras: true, coverage: true, plan: true },
   };
-  /** Much is told at once: it is drawn now and then. */
-  isCatchingUp: () => boolean = () => false;
   /** Told when the viewer's own hand ended a framing. */
   onFraming: (framing: Framing) => void = () => undefined;
   /** Told after each picture drawn. */
@@ -72,6 +68,7 @@ export class View {
   /** Told where the map was tapped, CSS px from the canvas's upper left corner. */
   onTap: (x: number, y: number) => void = () => undefined;
   readonly eye: Eye;
+  readonly pace: Pace;
   private readonly origin = new Origin();
   private readonly mosaics = new Mosaics(this.origin);
   private readonly planes = new Planes(this.origin);
@@ -92,19 +89,13 @@ export class View {
   private framing: Framing = "all";
   private refinement: ReturnType<typeof setTimeout> | undefined;
   private refinedAt = 0;
-  private asked = false;
-  private drawnAt = 0;
-  /** How long the graphics card took for a picture, ms, and whether it draws one that is measured. */
-  private cost = 0;
-  private drawing = false;
-  private hasNews = false;
-  private news: ReturnType<typeof setTimeout> | undefined;
 
   /** Throws where the browser cannot draw in 3D. */
   constructor(private readonly canvas: HTMLCanvasElement) {
     this.renderer = new WebGLRenderer({ canvas, antialias: true, powerPreference: "low-power" });
     this.renderer.debug.checkShaderErrors = import.meta.env.DEV;  // asking for them waits for the compiler
     this.renderer.outputColorSpace = LinearSRGBColorSpace;
+    this.pace = new Pace(this.renderer.getContext() as WebGL2RenderingContext, (now, seconds) => this.render(now, seconds));
     this.scene.background = new Color(BACKGROUND);
     this.scene.add(
       this.mosaics.object,
@@ -188,7 +179,7 @@ export class View {
       default:
         return;
     }
-    this.drawNews();
+    this.pace.drawNews();
   }
 
   clear(): void {
@@ -325,66 +316,22 @@ export class View {
   }
 
   draw(): void {
-    if (this.asked) return;
-    this.asked = true;
-    requestAnimationFrame((now) => {
-      this.render(now);
-    });
+    this.pace.draw();
   }
 
-  /** For what may wait: a page that is told much is to decode it, too, not to draw all the time. */
-  private drawNews(): void {
-    this.hasNews = true;
-    if (this.asked || this.drawing || this.news !== undefined) return;
-    this.news = setTimeout(() => {
-      this.news = undefined;
-      this.draw();
-    }, Math.max(0, this.drawnAt + Math.max(NEWS_SHARE * this.cost, this.isCatchingUp() ? CATCHING_UP_MS : 0) - performance.now()));
-  }
-
-  /** Waits until the graphics card has drawn what was begun. */
-  private measure(begun: number): void {
-    if (this.drawing) return;
-    const gl = this.renderer.getContext() as WebGL2RenderingContext;
-    const done = gl.fenceSync(gl.SYNC_GPU_COMMANDS_COMPLETE, 0);
-    if (done === null) return;
-    gl.flush();
-    this.drawing = true;
-    const look = () => {
-      if (gl.getSyncParameter(done, gl.SYNC_STATUS) !== gl.SIGNALED && performance.now() - begun < MOST_COST_MS) {
-        setTimeout(look, MEASURE_MS);
-        return;
-      }
-      gl.deleteSync(done);
-      // The browser lays it on the page before it asks for another.
-      requestAnimationFrame(() => {
-        this.drawing = false;
-        this.cost = Math.min(MOST_COST_MS, performance.now() - begun);  // a hidden page waits for ever
-        if (this.hasNews) this.drawNews();
-      });
-    };
-    setTimeout(look, MEASURE_MS);
-  }
-
-  private render(now: number): void {
-    this.asked = this.hasNews = false;
-    clearTimeout(this.news);
-    this.news = undefined;
-    const seconds = Math.min(0.25, (now - this.drawnAt) / 1000);
-    this.drawnAt = now;
-    if (!this.isCatchingUp()) this.setQuality(this.budget.begin(now));
+  /** True while the eye is on its way. */
+  private render(now: number, seconds: number): boolean {
+    if (!this.pace.isCatchingUp()) this.setQuality(this.budget.begin(now));
     this.cameras.update();
     this.cameras.setSize(0.2 * (this.range || 1));
-    const moving = this.frame(seconds);
+    const moving = this.frame(Math.min(LONGEST_STEP_S, seconds));
     this.eye.clip(this.bounds);
     const vehicle = this.cameras.vehicle;
     vehicle.scale.setScalar(this.cameras.newest === null ? 0 : VEHICLE_PX * this.eye.sizeOfPixel(vehicle.position));
     this.renderer.render(this.scene, this.eye.camera);
-    this.measure(performance.now());
     this.onDrawn();
-    if (moving && this.isCatchingUp()) this.drawNews();
-    else if (moving) this.draw();
     this.refineSoon(now);
+    return moving;
   }
 
   /** Not with every picture: what is near is looked for four times a second, and once more at rest. */
@@ -399,7 +346,7 @@ export class View {
 
   private async refine(): Promise<void> {
     const changed = await Promise.all([this.planes.refine(this.eye.target), this.mosaics.refine(this.eye.sizer())]).catch(() => [false]);
-    if (changed.includes(true)) this.drawNews();
+    if (changed.includes(true)) this.pace.drawNews();
   }
 
   private setQuality(quality: Quality): void {
