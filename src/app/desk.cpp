@@ -147,6 +147,11 @@ Answer Desk::look_up_dive(const Call& call, const Steps& steps) {
   if (is(steps, {"dives", "*", "archive"})) {
     return download(dives_.archive(std::string(steps[1])), "application/x-tar");
   }
+  if (is(steps, {"dives", "*", "images", "*"})) {
+    const auto image = number_of(steps[3]);
+    return image ? download(dives_.projected(std::string(steps[1]), *image), "image/png")
+                 : unknown();
+  }
   if (is(steps, {"dives", "*", "files", "*"})) {
     return download(dives_.file(std::string(steps[1]), std::string(steps[3])), kBytes);
   }

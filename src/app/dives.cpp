@@ -8,6 +8,7 @@
 #include <tuple>
 #include <utility>
 
+#include "nadir/record/dive.hpp"
 #include "opaque_id.hpp"
 
 namespace nadir::app {
@@ -236,6 +237,11 @@ std::optional<serve::Download> Dives::file(const std::string& dive, const std::s
   return serve::Download{
       way.back(), item->size, std::to_string(item->size) + '-' + std::to_string(item->changed_ns),
       [file = *opened](std::uint64_t from, std::span<char> into) { return file.read(from, into); }};
+}
+
+std::optional<serve::Download> Dives::projected(const std::string& dive, std::uint64_t image) {
+  const fs::path way = record::projected_name({}, image);
+  return file(dive, id_of({way.begin(), way.end()}));
 }
 
 std::optional<serve::Download> Dives::archive(const std::string& dive) {

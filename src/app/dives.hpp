@@ -33,6 +33,8 @@ class Dives {
   /// the dive and of its mosaics, or those of one of the folders. None: no such dive or folder.
   std::optional<nlohmann::json> products(const std::string& dive, const std::string& folder);
   std::optional<serve::Download> file(const std::string& dive, const std::string& file);
+  /// One of its images as it was projected onto the ground.
+  std::optional<serve::Download> projected(const std::string& dive, std::uint64_t image);
   /// All of it.
   std::optional<serve::Download> archive(const std::string& dive);
 

@@ -48,6 +48,7 @@ int run(const Doctor& verb) {
   print({check_disk_speed(config.record.dives)});
   print(check_board(board_load("/sys", config.record.dives)));
   print({check_clock()});
+  print(check_https(config.serve));
   print({check_page(config.serve)});
   return bad ? 1 : 0;
 }

@@ -9,6 +9,7 @@
 
 #include "board_check.hpp"
 #include "image_check.hpp"
+#include "self_test.hpp"
 
 namespace nadir::app {
 
@@ -29,7 +30,8 @@ double convergence_at(const std::string& origin) {
 LiveCheck::LiveCheck(const Config& config)
     : config_(config),
       convergence_(convergence_at(config.reference.origin)),
-      image_rate_(config.capture.rate_hz) {
+      image_rate_(config.capture.rate_hz),
+      https_(check_https(config.serve)) {
   measure_disk();
 }
 
@@ -62,6 +64,7 @@ wire::Check LiveCheck::of_board(const Load& load) {
   if (disk_) check.findings.push_back(*disk_);
   std::ranges::move(check_board(load), std::back_inserter(check.findings));
   check.findings.push_back(check_clock());
+  std::ranges::copy(https_, std::back_inserter(check.findings));
   return check;
 }
 

@@ -48,6 +48,7 @@ class LiveCheck {
   const double convergence_;  ///< with an origin frames' yaws are the grid's
   ImageRate image_rate_;
   std::optional<Clock::time_point> told_, pair_checked_;
+  const std::vector<Finding> https_;
   std::stop_source enough_;  ///< measured of the disk
   std::future<Finding> disk_speed_to_come_;
   std::optional<Finding> disk_, pair_;

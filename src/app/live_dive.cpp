@@ -2,9 +2,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "live_dive.hpp"
 
-#include <array>
-#include <cstdio>
 #include <utility>
+
+#include "nadir/record/dive.hpp"
 
 namespace nadir::app {
 
@@ -110,10 +110,7 @@ std::optional<std::filesystem::path> LiveDive::photograph(std::uint64_t mark) co
   const std::scoped_lock lock(mutex_);
   const auto found = marks_.find(mark);
   if (found == marks_.end() || !found->second.image) return std::nullopt;
-  std::array<char, 32> name{};
-  std::snprintf(name.data(), name.size(), "%06llu.png",
-                static_cast<unsigned long long>(*found->second.image));
-  return folder_ / "projected" / name.data();
+  return record::projected_name(folder_, *found->second.image);
 }
 
 }  // namespace nadir::app

@@ -3,6 +3,7 @@
 #include "publisher.hpp"
 
 #include <algorithm>
+#include <limits>
 #include <opencv2/core.hpp>
 #include <opencv2/imgproc.hpp>
 
@@ -22,15 +23,19 @@ constexpr auto kRatePeriod = std::chrono::seconds(10);
 constexpr int kGridQuality = 85;  // 150 x 100 cells: 5 to 8 kB, of at most 10 kB an image
 constexpr int kTileQuality = 92;  // within 8 grey levels of the mosaic file
 
-wire::MosaicTile encoded(const Tile& tile) {
+constexpr auto kOverviewPeriod = std::chrono::milliseconds(500);
+constexpr std::size_t kMostOverviews = 4;  // at a time: each costs what a tile does
+
+template <class Record>
+Record encoded(const Tile& tile) {
   cv::Mat bgr, alpha;
   cv::cvtColor(tile.bgra, bgr, cv::COLOR_BGRA2BGR);
   cv::extractChannel(tile.bgra, alpha, 3);
-  wire::MosaicTile record{tile.mosaic,
-                          tile.column,
-                          tile.row,
-                          image_io::encode_jpeg(bgr, kTileQuality, image_io::Chroma::full),
-                          {}};
+  Record record{tile.mosaic,
+                tile.column,
+                tile.row,
+                image_io::encode_jpeg(bgr, kTileQuality, image_io::Chroma::full),
+                {}};
   if (cv::countNonZero(alpha < 255) > 0) record.mask_png = image_io::encode_png(alpha);
   return record;
 }
@@ -183,6 +188,7 @@ void Publisher::publish(const Orientation& orientation) {
   send_state();
   guide_.observe(orientation, live ? &*live : nullptr);
   send(guide_.tell(Clock::now()));
+  send_overviews_in_time();
 }
 
 void Publisher::count_recorded(const Shot& shot) {
@@ -246,10 +252,25 @@ void Publisher::publish_corrected(const MosaicGrid& grid,
 void Publisher::send_tiles(const std::vector<std::shared_ptr<const Tile>>& tiles) {
   for (const auto& tile : tiles) {
     tiles_.insert({tile->mosaic, tile->column, tile->row});
-    send(serve::Lane::data, encoded(*tile));
+    send(serve::Lane::data, encoded<wire::MosaicTile>(*tile));
+    overviews_.add(*tile);
   }
   state_.mosaic_tiles = tiles_.size();
   send_state();
+  send_overviews_in_time();
+}
+
+void Publisher::send_overviews_in_time() {
+  const Clock::time_point now = Clock::now();
+  if (now - overviews_sent_ < kOverviewPeriod) return;
+  overviews_sent_ = now;
+  send_overviews(kMostOverviews);
+}
+
+void Publisher::send_overviews(std::size_t most) {
+  for (const Tile& overview : overviews_.take(most)) {
+    send(serve::Lane::data, encoded<wire::MosaicOverview>(overview));
+  }
 }
 
 void Publisher::send_corrected(const ImagePose& pose) {
@@ -363,6 +384,7 @@ void Publisher::finish(std::uint64_t dropped_at_end) {
   state_.dropped += dropped_at_end;
   state_.finished = true;
   send(guide_.finish());
+  send_overviews(std::numeric_limits<std::size_t>::max());
   send_state();
 }
 

@@ -16,6 +16,7 @@
 #include "nadir/core/cloud.hpp"
 #include "nadir/core/revision.hpp"
 #include "nadir/core/tile.hpp"
+#include "nadir/mosaic2d/overviews.hpp"
 #include "nadir/serve/feed.hpp"
 #include "nadir/wire/records.hpp"
 #include "nadir/wire/tie_point_blocks.hpp"
@@ -75,6 +76,8 @@ class Publisher {
   std::optional<wire::LiveImage> send_live_image(const Orientation& orientation);
   void send(Guide::Told told);
   void send_tiles(const std::vector<std::shared_ptr<const Tile>>& tiles);
+  void send_overviews(std::size_t most);
+  void send_overviews_in_time();
   void count_recorded(const Shot& shot);
   void send_corrected(const ImagePose& pose);
   void send_corrected(wire::PlaneGrid grid);
@@ -102,6 +105,8 @@ class Publisher {
   Corrections corrections_;
   std::map<std::uint32_t, Scale> scales_;  ///< by sub-map, as corrected
   std::set<std::tuple<std::uint32_t, std::int32_t, std::int32_t>> tiles_;
+  mosaic2d::Overviews overviews_;
+  Clock::time_point overviews_sent_{};
   std::uint64_t alerts_ = 0;
   bool camera_sent_ = false;
   std::shared_ptr<const Window> window_;  ///< the last

@@ -194,6 +194,13 @@ std::vector<Finding> check_cameras(const Config& config, std::chrono::seconds pa
   return findings;
 }
 
+std::vector<Finding> check_https(const serve::Config& config) {
+  if (config.certificate.empty()) return {};
+  const std::string fault = serve::certificate_fault(config);
+  if (fault.empty()) return {{Verdict::good, "https", config.certificate + " can be used"}};
+  return {{Verdict::doubtful, "https", fault, "until then the page is served without it"}};
+}
+
 Finding check_page(const serve::Config& config) {
   sockaddr_storage storage{};
   const socklen_t length = own_address(config, storage);

@@ -17,6 +17,9 @@ std::vector<Finding> check_sensors(const sensors::Config& config, std::chrono::s
 /// Cameras, light, focus, the pair and its calibration, on up to twenty images.
 std::vector<Finding> check_cameras(const Config& config, std::chrono::seconds patience);
 
+/// Whether the configured certificate can be used; nothing where none is.
+std::vector<Finding> check_https(const serve::Config& config);
+
 /// Whether something serves the page at this machine's port.
 Finding check_page(const serve::Config& config);
 

@@ -39,7 +39,6 @@ bool settle(Disk& disk, const path& dive, const ProjectedFile& file,
             const std::optional<reference::UtmGrid>& grid, std::string_view auxiliary,
             Settling how);
 
-path projected_name(const path& dive, std::uint64_t image);
 path world_file_name(path image_name);
 path auxiliary_name(path image_name);
 path spare_name(const path& dive, std::uint64_t spare);

@@ -215,15 +215,24 @@ std::optional<MosaicGrid> decode_mosaic(View record) {
   return from.finish(mosaic);
 }
 
-std::optional<MosaicTile> decode_mosaic_tile(View record) {
-  Reader from(record, RecordType::mosaic_tile);
-  MosaicTile tile;
+template <class Tile>
+std::optional<Tile> decode_tile(View record, RecordType type) {
+  Reader from(record, type);
+  Tile tile;
   tile.mosaic = from.number<std::uint32_t>();
   tile.column = from.number<std::int32_t>();
   tile.row = from.number<std::int32_t>();
   tile.jpeg = jpeg(from);
   tile.mask_png = optional_png(from);
   return from.finish(std::move(tile));
+}
+
+std::optional<MosaicTile> decode_mosaic_tile(View record) {
+  return decode_tile<MosaicTile>(record, RecordType::mosaic_tile);
+}
+
+std::optional<MosaicOverview> decode_mosaic_overview(View record) {
+  return decode_tile<MosaicOverview>(record, RecordType::mosaic_overview);
 }
 
 std::optional<LiveImage> decode_live_image(View record) {

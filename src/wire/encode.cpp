@@ -122,10 +122,17 @@ Bytes encode(const MosaicGrid& mosaic) {
   return to.finite(mosaic.plane.offset).finish();
 }
 
-Bytes encode(const MosaicTile& tile) {
-  Writer to(RecordType::mosaic_tile);
+template <class Tile>
+Bytes encode_tile(RecordType type, const Tile& tile) {
+  Writer to(type);
   to.number(tile.mosaic).number(tile.column).number(tile.row);
   return to.blob(tile.jpeg).blob(tile.mask_png).finish();
+}
+
+Bytes encode(const MosaicTile& tile) { return encode_tile(RecordType::mosaic_tile, tile); }
+
+Bytes encode(const MosaicOverview& overview) {
+  return encode_tile(RecordType::mosaic_overview, overview);
 }
 
 Bytes encode(const LiveImage& image) {
@@ -228,9 +235,14 @@ std::uint64_t key(const PlaneColour& colour) {
   return make_key(RecordType::plane_colour, colour.image);
 }
 std::uint64_t key(const MosaicGrid& mosaic) { return make_key(RecordType::mosaic, mosaic.mosaic); }
-std::uint64_t key(const MosaicTile& tile) {
-  return make_key(RecordType::mosaic_tile,
+template <class Tile>
+std::uint64_t tile_key(RecordType type, const Tile& tile) {
+  return make_key(type,
                   (std::uint64_t{tile.mosaic} << (2 * kPlaceBits)) | place(tile.column, tile.row));
+}
+std::uint64_t key(const MosaicTile& tile) { return tile_key(RecordType::mosaic_tile, tile); }
+std::uint64_t key(const MosaicOverview& overview) {
+  return tile_key(RecordType::mosaic_overview, overview);
 }
 std::uint64_t key(const LiveImage&) { return make_key(RecordType::live_image); }
 std::uint64_t key(const Statistics&) { return make_key(RecordType::statistics); }

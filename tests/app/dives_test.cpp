@@ -143,6 +143,13 @@ TEST_F(TheDives, HandOutFiles) {
   EXPECT_NE(dives.file(id(dive), file_id(dive, "mosaic-000.png"))->tag, tag);
 }
 
+TEST_F(TheDives, HandOutImagesByTheirNumber) {
+  EXPECT_EQ(all_of(dives.projected(id("dive-0002"), 1).value()), "png");
+  EXPECT_EQ(dives.projected(id("dive-0002"), 1)->name, "000001.png");
+  EXPECT_FALSE(dives.projected(id("dive-0002"), 2));
+  EXPECT_FALSE(dives.projected("none", 1));
+}
+
 TEST_F(TheDives, HandOutAFileThatCameSinceTheyWereListed) {
   const std::string dive = "dive-0002";
   file_id(dive, "journal-000.nadir");

@@ -128,6 +128,18 @@ TEST_F(LiveCheckTest, MeasuresAgainADiskThatCouldNotBeWritten) {
   EXPECT_TRUE(soon([&] { return of_disk(check).verdict != Verdict::bad; }));
 }
 
+TEST_F(LiveCheckTest, TellsOfACertificateThatCannotBeUsed) {
+  const Finding missing{Verdict::bad, "camera", "is not there"};
+  const auto plain = LiveCheck(config).waiting(now, {}, missing).value().findings;
+  EXPECT_FALSE(item_of(plain, "https"));
+  config.serve.certificate = config.serve.key = folder / "none.pem";
+  const auto told = LiveCheck(config).waiting(now, {}, missing).value().findings;
+  const auto https = item_of(told, "https");
+  ASSERT_TRUE(https);
+  EXPECT_EQ(https->verdict, Verdict::doubtful);
+  EXPECT_THAT(https->found, HasSubstr("none.pem"));
+}
+
 TEST_F(LiveCheckTest, JudgesTheCameraByTheImagesThatCome) {
   begin_dive();
   LiveCheck check(config);

@@ -20,7 +20,8 @@ const IMAGES = 580;
 const SHORT = 40;
 const HEADER = 16;
 const VERSION = 2;
-const TYPE = { welcome: 2, state: 3, camera: 5, pose: 6, planeGrid: 8, planeColour: 9, mosaic: 10, mosaicTile: 11, caughtUp: 14 };
+const TYPE = { welcome: 2, state: 3, camera: 5, pose: 6, planeGrid: 8, planeColour: 9, mosaic: 10, mosaicTile: 11, caughtUp: 14, mosaicOverview: 23 };
+const OF_MOSAICS = [TYPE.mosaicTile, TYPE.mosaicOverview];
 const APART = 30; // survey units between the copies
 const TURNS = 60; // pictures measured
 const PLAIN_TURNS = 6; // they take seconds
@@ -39,7 +40,7 @@ async function recordsOf(browser, port) {
 }
 
 function keyOf(record) {
-  if (record[0] === TYPE.mosaicTile) return record.subarray(HEADER, HEADER + 12).toString("hex");
+  if (OF_MOSAICS.includes(record[0])) return record.subarray(HEADER, HEADER + 12).toString("hex");
   const keyed = [TYPE.pose, TYPE.planeGrid, TYPE.planeColour].includes(record[0]);
   return keyed ? record.readBigUInt64LE(HEADER) : 0;
 }
@@ -69,14 +70,14 @@ function copy(record, k) {
     bytes.writeUInt32LE(k, HEADER);
     shift(HEADER + 8 + 8 + 32, dx);
     shift(HEADER + 8 + 8 + 40, dy);
-  } else if (type === TYPE.mosaicTile) {
+  } else if (OF_MOSAICS.includes(type)) {
     bytes.writeUInt32LE(k, HEADER);
   }
   return bytes;
 }
 
 function longDive(records, images) {
-  const repeated = new Set([TYPE.pose, TYPE.planeGrid, TYPE.planeColour, TYPE.mosaic, TYPE.mosaicTile]);
+  const repeated = new Set([TYPE.pose, TYPE.planeGrid, TYPE.planeColour, TYPE.mosaic, ...OF_MOSAICS]);
   const all = records.filter((record) => record[0] === TYPE.camera || record[0] === TYPE.state);
   for (let k = 0; k * SHORT < images; ++k) {
     for (const record of records) if (repeated.has(record[0])) all.push(copy(record, k));
@@ -90,7 +91,7 @@ function longDive(records, images) {
 }
 
 const imageOf = (record) => {
-  if (![TYPE.pose, TYPE.planeGrid, TYPE.planeColour].includes(record[0])) return [TYPE.mosaic, TYPE.mosaicTile].includes(record[0]) ? record.readUInt32LE(HEADER) * SHORT : 0;
+  if (![TYPE.pose, TYPE.planeGrid, TYPE.planeColour].includes(record[0])) return [TYPE.mosaic, ...OF_MOSAICS].includes(record[0]) ? record.readUInt32LE(HEADER) * SHORT : 0;
   return Number(record.readBigUInt64LE(HEADER));
 };
 
@@ -221,8 +222,10 @@ async function lateViewer(browser, records) {
   say("a plane", ofPlanes.reduce((sum, record) => sum + record.length, 0) / planes / 1000, "kB", 10);
   const begun = performance.now();
   const { page, read, close } = await openWith(browser, dive);
-  const wanted = await until("all planes", read, ({ counts }) => counts.planes >= planes, 120);
-  say("all planes of a late viewer are there after", (performance.now() - begun) / 1000, "s", 3);
+  const tiles = dive.filter((record) => record[0] === TYPE.mosaicTile).length;
+  const isDrawn = ({ counts, unpacking }) => counts.planes >= planes && counts.mosaicTiles >= tiles && unpacking === 0;
+  const wanted = await until("all planes and the mosaics", read, isDrawn, 120);
+  say("all planes and the mosaics in sight of a late viewer are there after", (performance.now() - begun) / 1000, "s", 3);
   console.log(JSON.stringify(wanted.counts));
   await page.click("nav >> text=3D");
   await pause(3000);

@@ -33,11 +33,11 @@ const open = async (page, ...items) => {
 };
 const panel = (page) => page.locator("#panel").innerText();
 /** A pin moves with the map, which makes room for what is new. */
-const tapPin = (page, pin) =>
+const tapPin = (page, pin, note = NOTE) =>
   until("what the mark says", async () => {
     await page.locator(pin).tap({ force: true });
     return panel(page);
-  }, (text) => text.includes(NOTE), 20);
+  }, (text) => text.includes(note), 20);
 
 test("control of the device", { timeout: 300_000 }, async (t) => {
   const port = await harness.freePort();
@@ -144,6 +144,21 @@ test("control of the device", { timeout: 300_000 }, async (t) => {
   });
   run.stop();
   await run.ended;
+
+  await t.test("leaves marks that a recorded dive shows, with their photographs", async () => {
+    const next = await harness.replay(survey, path.join(folder, "next"), port, "--rate", "0.3", "--keep-serving");
+    const dives = await (await fetch(`http://127.0.0.1:${port}/api/dives`)).json();
+    const { id } = dives.find(({ name }) => name === "dive");
+    const recorded = await harness.openPage(browser, port, undefined, harness.PORTRAIT, `http://127.0.0.1:${port}/?dive=${id}`);
+    await tapPin(recorded.page, ".pin[aria-label='Mark: kept']", "kept");
+    const photo = recorded.page.locator("#panel img.photo");
+    await until("the photograph", () => photo.evaluate(({ naturalWidth }) => naturalWidth), (width) => width > 100, 20);
+    assert.equal(await recorded.page.locator("#panel .wide").count(), 0, "nothing to be removed");
+    await keep(recorded.page, "recorded-mark");
+    assert.deepEqual(recorded.errors, []);
+    next.stop();
+    await next.ended;
+  });
   const marks = readFileSync(path.join(dive, "marks.jsonl"), "utf8").trim().split("\n").map((line) => JSON.parse(line));
   assert.deepEqual(marks.map(({ note }) => note), ["kept"]);
 });

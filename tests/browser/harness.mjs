@@ -131,6 +131,7 @@ export async function openPage(browser, port, prepare = async () => undefined, v
       state: window.nadir.state,
       link: window.nadir.link,
       ignored: window.nadir.ignored,
+      unpacking: window.nadir.unpacking,
     }));
   return { page, requests, errors, read };
 }

@@ -97,9 +97,11 @@ for (const [held, viewport] of [
         assert.deepEqual(await tooSmall(page), [], sheet);
         await keep(page, `${held}-${sheet}`);
       }
-      for (const item of ["System", "Display"]) {
+      for (const item of ["Dive", "Dives", "Code for a tablet", "System", "Display"]) {
         await tap(page, `#panel .wide:has(.label:text-is('${item}'))`);
+        await page.waitForSelector("#panel [aria-label=Back]");
         assert.deepEqual(await tooSmall(page), [], item);
+        assert.deepEqual(await barriers(page), [], item);
         await keep(page, `${held}-${item}`);
         await tap(page, "#panel [aria-label=Back]");
       }

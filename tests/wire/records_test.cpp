@@ -179,6 +179,8 @@ const std::map<std::string, Sample>& samples() {
       {"plane_colour", {encode(PlaneColour{42, kJpeg}), again(decode_plane_colour)}},
       {"mosaic", {encode(mosaic_sample()), again(decode_mosaic)}},
       {"mosaic_tile", {encode(tile_sample()), again(decode_mosaic_tile)}},
+      {"mosaic_overview",
+       {encode(MosaicOverview{1, -1, 0, kJpeg, kPng}), again(decode_mosaic_overview)}},
       {"live_image",
        {encode(LiveImage{9, from_seconds(4.5), kJpeg, {{0, 65535}, {32768, 7}}}),
         again(decode_live_image)}},
@@ -356,11 +358,12 @@ TEST(Records, HaveKeysThatTellThemApart) {
     for (std::int32_t column = -1; column < 2; ++column) {
       for (std::int32_t row = -1; row < 2; ++row) {
         ++seen[key(MosaicTile{.mosaic = i, .column = column, .row = row})];
+        ++seen[key(MosaicOverview{.mosaic = i, .column = column, .row = row})];
         if (i == 0) ++seen[key(CoverageTile{.column = column, .row = row})];
       }
     }
   }
-  EXPECT_EQ(seen.size(), 10U + 9 + 3 * (7 + 9));
+  EXPECT_EQ(seen.size(), 10U + 9 + 3 * (7 + 2 * 9));
   EXPECT_EQ(key(LiveImage{.image = 1}), key(LiveImage{.image = 2}));
 }
 

@@ -106,6 +106,11 @@ export class Api {
     return this.ask("GET", `dives/${dive}`);
   }
 
+  /** An image of a recorded dive as it lies on the ground. */
+  imageAddress(dive: string, image: number): string {
+    return new URL(`api/dives/${dive}/images/${image}`, location.href).href;
+  }
+
   /** All of a dive in one file. */
   archiveAddress(dive: string): string {
     return new URL(`api/dives/${dive}/archive`, location.href).href;

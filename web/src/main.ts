@@ -21,6 +21,7 @@ import { ScaleBar } from "./ui/scale_bar";
 import { layerSwitches, System } from "./ui/sheets";
 import { S } from "./ui/strings";
 import { Themes } from "./ui/theme";
+import { unpacking } from "./view/images";
 import { View } from "./view/view";
 import type { DiveRecord, State } from "./wire/records";
 
@@ -126,7 +127,6 @@ function forget(): void {
   for (const part of [recorded, view, gauges, guide, alerts, equipment, picture, system, marks, menu]) part?.clear();
   showLoss(false);
   hands?.take(null);
-  pins.set("gap", []);
   rail.setBubble("menu", 0);
 }
 
@@ -225,6 +225,10 @@ const automation = {
   /** Messages that were no record, and pictures that could not be decoded. */
   get ignored() {
     return link.ignored + undecodable;
+  },
+  /** Pictures that were told and are not unpacked yet. */
+  get unpacking() {
+    return unpacking();
   },
   /** Alerts known. */
   get alerts() {

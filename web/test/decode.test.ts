@@ -127,6 +127,7 @@ const EXPECTED: Record<string, object> = {
     name: "dive-0007",
     controller: "Anna",
   },
+  mosaic_overview: { type: "mosaic_overview", mosaic: 1, column: -1, row: 0, jpeg: JPEG, mask: PNG },
   coverage_tile: { type: "coverage_tile", column: -1, row: 2, cell: 0.05, png: PNG },
   guidance: {
     type: "guidance",

@@ -1,10 +1,11 @@
 // SPDX-FileCopyrightText: nadir contributors
 // SPDX-License-Identifier: Apache-2.0
 // Pictures are unpacked beside the page: one that a newer has overtaken must not be shown.
+import type { BufferGeometry, Mesh, ShaderMaterial } from "three";
 import { afterEach, beforeEach, describe, expect, it, vi } from "vitest";
 import { Mosaics } from "../src/view/mosaics";
 import { Origin } from "../src/view/origin";
-import type { Mosaic, MosaicTile } from "../src/wire/records";
+import type { Mosaic, MosaicOverview, MosaicTile } from "../src/wire/records";
 
 interface Job {
   picture: Uint8Array | Blob;
@@ -58,6 +59,10 @@ async function shown(mosaics: Mosaics): Promise<number | undefined> {
   return file === undefined ? undefined : new Uint8Array(await file.arrayBuffer())[0];
 }
 
+function uniformsOf(object: unknown): ShaderMaterial["uniforms"] {
+  return (object as Mesh<BufferGeometry, ShaderMaterial>).material.uniforms;
+}
+
 describe("Mosaics", () => {
   beforeEach(() => {
     jobs.length = 0;
@@ -71,12 +76,10 @@ describe("Mosaics", () => {
     const mosaics = new Mosaics(new Origin());
     mosaics.setMosaic(GRID);
     void mosaics.setTile(tile(1));
-    await finish();
     void mosaics.refine(wholeScreen);
     await finish();
     expect(await shown(mosaics)).toBe(1);
     void mosaics.setTile(tile(2));
-    await finish();
     await finish();
     expect(await shown(mosaics)).toBe(2);
   });
@@ -85,20 +88,42 @@ describe("Mosaics", () => {
     const mosaics = new Mosaics(new Origin());
     mosaics.setMosaic(GRID);
     void mosaics.setTile(tile(1));
-    await finish();
-    void mosaics.setTile(tile(2));
     void mosaics.refine(wholeScreen);
+    void mosaics.setTile(tile(2));
     await finish();
+    expect(await shown(mosaics)).toBeUndefined();
     void mosaics.refine(wholeScreen);
     await finish();
     expect(await shown(mosaics)).toBe(2);
+  });
+
+  it("shows the newest overview, in whatever order they are unpacked", async () => {
+    const mosaics = new Mosaics(new Origin());
+    mosaics.setMosaic(GRID);
+    const overview = (sequence: number) => ({ ...tile(sequence), type: "mosaic_overview" }) satisfies MosaicOverview;
+    void mosaics.setOverview(overview(1));
+    void mosaics.setOverview(overview(2));
+    jobs.reverse();
+    await finish();
+    const { colours } = uniformsOf(mosaics.object.children[0]?.children[0]);
+    const file = (colours?.value as { image: Canvas }).image.drawn?.file;
+    expect(new Uint8Array((await file?.arrayBuffer()) ?? [])[0]).toBe(2);
+  });
+
+  it("leaves out of an overview the tiles that are shown in full, and no other", async () => {
+    const mosaics = new Mosaics(new Origin());
+    mosaics.setMosaic(GRID);
+    void mosaics.setTile({ ...tile(1), column: -1, row: 9 });
+    void mosaics.refine(wholeScreen);
+    await finish();
+    const { holes } = uniformsOf(mosaics.object.children[0]?.children[0]);
+    expect(holes?.value).toEqual(new Uint32Array([1 << (8 * 1 + 7), 0]));  // its row 1, column 7
   });
 
   it("shows nothing of the dive before that is unpacked late", async () => {
     const mosaics = new Mosaics(new Origin());
     mosaics.setMosaic(GRID);
     void mosaics.setTile(tile(1));
-    await finish();
     void mosaics.refine(wholeScreen);
     mosaics.clear();
     await finish();

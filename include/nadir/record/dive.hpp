@@ -100,4 +100,7 @@ class Dive {
   std::unique_ptr<State> state_;
 };
 
+/// Where a dive keeps an image projected onto the ground, once it was.
+std::filesystem::path projected_name(const std::filesystem::path& dive, std::uint64_t image);
+
 }  // namespace nadir::record

@@ -48,6 +48,7 @@ enum class RecordType : std::uint8_t {
   mark = 20,
   last_view = 21,
   way_back = 22,
+  mosaic_overview = 23,
 };
 
 /// One for the run: the newest says where the dive stands.
@@ -113,6 +114,14 @@ struct MosaicTile {
   std::int32_t column = 0, row = 0;
   Bytes jpeg{};      ///< colours, MosaicGrid::kTileSize squared
   Bytes mask_png{};  ///< 8-bit grey, 0 where nothing was seen; empty: all was seen
+};
+
+/// A tile of fewer and larger pixels: mosaic2d::Overviews.
+struct MosaicOverview {
+  std::uint32_t mosaic = 0;
+  std::int32_t column = 0, row = 0;
+  Bytes jpeg{};
+  Bytes mask_png{};  ///< 8-bit grey, how much was seen
 };
 
 /// The current image: only the newest is retained.
@@ -227,6 +236,7 @@ Bytes encode(const PlaneGrid& grid);
 Bytes encode(const PlaneColour& colour);
 Bytes encode(const MosaicGrid& mosaic);  ///< world in survey X, Y; of the plane: normal and offset
 Bytes encode(const MosaicTile& tile);
+Bytes encode(const MosaicOverview& overview);
 Bytes encode(const LiveImage& image);
 Bytes encode(const Statistics& statistics);
 Bytes encode(const Check& check);
@@ -247,6 +257,7 @@ std::optional<PlaneGrid> decode_plane_grid(View record);
 std::optional<PlaneColour> decode_plane_colour(View record);
 std::optional<MosaicGrid> decode_mosaic(View record);
 std::optional<MosaicTile> decode_mosaic_tile(View record);
+std::optional<MosaicOverview> decode_mosaic_overview(View record);
 std::optional<LiveImage> decode_live_image(View record);
 std::optional<Statistics> decode_statistics(View record);
 std::optional<Check> decode_check(View record);
@@ -267,6 +278,7 @@ std::uint64_t key(const PlaneGrid& grid);
 std::uint64_t key(const PlaneColour& colour);
 std::uint64_t key(const MosaicGrid& mosaic);
 std::uint64_t key(const MosaicTile& tile);
+std::uint64_t key(const MosaicOverview& overview);
 std::uint64_t key(const LiveImage& image);
 std::uint64_t key(const Statistics& statistics);
 std::uint64_t key(const Check& check);

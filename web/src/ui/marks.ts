@@ -86,9 +86,8 @@ export class Marks {
     const outcome = el("p", "outcome", "");
     outcome.setAttribute("role", "status");
     const remove = button("trash", S.hands.remove, () => void this.remove(id, outcome), "wide");
-    // A recorded dive's marks stay, and its photographs are among its files.
-    const ofNow = recordedDive === null ? [...photograph(mark, this.api), remove, outcome] : [];
-    this.rail.push(S.marks.title, () => el("div", "form", ...describe(mark), ...ofNow));
+    const hands = recordedDive === null ? [remove, outcome] : [];  // a recorded dive's marks stay
+    this.rail.push(S.marks.title, () => el("div", "form", ...describe(mark), ...photograph(mark, this.api), ...hands));
   }
 
   private async remove(id: number, outcome: HTMLElement): Promise<void> {
@@ -106,6 +105,6 @@ function photograph(mark: Mark, api: Api): HTMLElement[] {
   if (mark.image === null) return [];
   const photo = el("img", "photo");
   photo.alt = S.marks.photo;
-  photo.src = api.photoAddress(mark.id);
+  photo.src = recordedDive === null ? api.photoAddress(mark.id) : api.imageAddress(recordedDive, mark.image);
   return [photo];
 }

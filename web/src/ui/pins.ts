@@ -8,11 +8,11 @@ export interface Pin {
   key: string;
   at: Vec3;
   label: string;
-  kind: "mark" | "gap" | "end";
+  kind: "mark" | "end";
   onTap?: () => void;
 }
 
-const ICONS: Record<Pin["kind"], Icon | null> = { mark: "pin", gap: null, end: null };
+const ICONS: Record<Pin["kind"], Icon | null> = { mark: "pin", end: null };
 
 export class Pins {
   private readonly root = el("div", "pins");

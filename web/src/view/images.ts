@@ -23,7 +23,6 @@ export interface Job {
 export interface Unpacked extends Size {
   /** To be unpacked again; the browser may keep it on its disk. */
   file: Blob;
-  mask: Blob | null;
   /** First row first; transparent where the mask is black. */
   pixels: Uint8ClampedArray<ArrayBuffer>[];
   bitmap: ImageBitmap | null;
@@ -41,6 +40,11 @@ const queue: Job[] = [];
 let workers: Worker[] = [];
 let failed = false;
 let jobs = 0;
+
+/** Pictures that are still to be unpacked. */
+export function unpacking(): number {
+  return pending.size;
+}
 
 /** In its turn. Rejects when it cannot be decoded. */
 export async function unpack(

@@ -1,7 +1,8 @@
 // SPDX-FileCopyrightText: nadir contributors
 // SPDX-License-Identifier: Apache-2.0
-// The 2D mosaics (2DSIM), tile by tile on their planes: small pictures of all of them, and in full those that are
-// large on the screen, so that what a mosaic of any size takes on the graphics card is bounded but for 4 kB a tile.
+// The 2D mosaics (2DSIM) on their planes: overviews of all of them, and in full those tiles that are large on the
+// screen, so that what a mosaic of any size takes on the graphics card is bounded but for some 5 kB a tile. Tiles are
+// unpacked for that only.
 import {
   BufferGeometry,
   CanvasTexture,
@@ -14,27 +15,30 @@ import {
   Texture,
   Vector3,
 } from "three";
-import { TILE_SIZE, type Mosaic, type MosaicTile, type Vec3 } from "../wire/records";
+import { OVERVIEW_TILES, TILE_SIZE, type Mosaic, type MosaicOverview, type MosaicTile, type Vec3 } from "../wire/records";
 import type { Ray } from "./ground";
 import { unpack } from "./images";
 import type { Origin } from "./origin";
-import { Thumbs, THUMB_SIZE, type Thumb } from "./thumbs";
+import { Overview } from "./overviews";
 
 /** Tiles shown in full at a time, and how many are decoded for it at once. */
 const MOST_FULL = 160;
 const AT_ONCE = 40;
 /** A tile this wide on the screen shows more in full, px. */
-const LARGE_PX = 1.2 * THUMB_SIZE;
+const LARGE_PX = (1.2 * TILE_SIZE) / OVERVIEW_TILES;
 
-interface Tile {
+interface Place {
   mosaic: number;
   column: number;
   row: number;
+}
+
+interface Tile extends Place {
+  /** To be unpacked when it is large; the browser may keep them on its disk. */
   jpeg: Blob | null;
   mask: Blob | null;
-  /** Sequence of the newest colours asked for. */
-  wanted: number;
-  thumb: Thumb | null;
+  /** Of the colours. */
+  sequence: number;
   mesh: Mesh<BufferGeometry, MeshBasicMaterial> | null;
   /** Being made full. */
   busy: boolean;
@@ -46,11 +50,12 @@ export class Mosaics {
   count = 0;
   readonly grids = new Map<number, Mosaic>();
   private tiles = new Map<string, Tile>();
-  private readonly thumbs = new Thumbs();
+  private overviews = new Map<string, Overview>();
+  private readonly far = new Group();
   private readonly full = new Group();
 
   constructor(private readonly origin: Origin) {
-    this.object.add(this.thumbs.object, this.full);
+    this.object.add(this.far, this.full);
   }
 
   setMosaic(mosaic: Mosaic): void {
@@ -58,19 +63,33 @@ export class Mosaics {
     for (const tile of this.tiles.values()) {
       if (tile.mosaic === mosaic.mosaic) this.place(tile);
     }
+    for (const overview of this.overviews.values()) {
+      if (overview.mosaic === mosaic.mosaic) this.placeOverview(overview);
+    }
   }
 
   /** Rejects when a picture cannot be decoded. */
   async setTile(record: MosaicTile & { sequence: number }): Promise<void> {
     const tile = this.tile(record);
-    if (tile.wanted > record.sequence) return;
-    tile.wanted = record.sequence;
-    const unpacked = await unpack(record.jpeg, record.mask, [{ width: THUMB_SIZE, height: THUMB_SIZE }]);
-    if (tile.wanted !== record.sequence) return;
-    tile.jpeg = unpacked.file;
-    tile.mask = unpacked.mask;
-    this.paint(tile, unpacked.pixels[0]);
+    if (tile.sequence > record.sequence) return;
+    tile.sequence = record.sequence;
+    if (tile.jpeg === null) ++this.count;
+    tile.jpeg = fileOf(record.jpeg);
+    tile.mask = record.mask === null ? null : fileOf(record.mask);
     if (tile.mesh !== null) await this.renew(tile);
+  }
+
+  /** Rejects when a picture cannot be decoded. */
+  async setOverview(record: MosaicOverview & { sequence: number }): Promise<void> {
+    const overview = this.overview(record);
+    if (overview.wanted > record.sequence) return;
+    overview.wanted = record.sequence;
+    const { bitmap } = await unpack(record.jpeg, record.mask, [], true);
+    if (bitmap !== null && overview.wanted === record.sequence) {
+      overview.paint(textureOf(bitmap));
+      this.placeOverview(overview);
+    }
+    bitmap?.close();
   }
 
   /** Shows in full what is large on the screen; resolves when something has changed. sizeOf: px of a length at a scene
@@ -78,7 +97,7 @@ export class Mosaics {
   async refine(sizeOf: (at: Vector3, length: number) => number): Promise<boolean> {
     const sized = [...this.tiles.values()].flatMap((tile) => {
       const grid = this.grids.get(tile.mosaic);
-      if (grid === undefined || tile.thumb === null) return [];
+      if (grid === undefined || tile.jpeg === null) return [];
       const size = sizeOf(this.centreOf(grid, tile), TILE_SIZE * grid.groundSamplingDistance);
       return size > LARGE_PX ? [{ tile, size }] : [];
     });
@@ -96,7 +115,7 @@ export class Mosaics {
   *corners(mosaic?: number): Iterable<Vec3> {
     for (const tile of this.tiles.values()) {
       const grid = this.grids.get(tile.mosaic);
-      if (grid === undefined || tile.thumb === null || (mosaic ?? tile.mosaic) !== tile.mosaic) continue;
+      if (grid === undefined || tile.jpeg === null || (mosaic ?? tile.mosaic) !== tile.mosaic) continue;
       yield* tileCorners(grid, tile.column, tile.row);
     }
   }
@@ -112,42 +131,52 @@ export class Mosaics {
       const [x, y] = [at(0) - c, at(1) - f];
       const column = Math.floor(((e * x - b * y) / determinant + 0.5) / TILE_SIZE);
       const row = Math.floor(((a * y - d * x) / determinant + 0.5) / TILE_SIZE);
-      if (this.tiles.get(`${grid.mosaic}/${column}/${row}`)?.thumb) return [at(0), at(1), at(2)];
+      if (this.tiles.get(keyOf({ mosaic: grid.mosaic, column, row }))?.jpeg) return [at(0), at(1), at(2)];
     }
     return null;
   }
 
   clear(): void {
     for (const tile of this.tiles.values()) {
-      tile.wanted = Infinity;
       tile.jpeg = null;
       if (tile.mesh !== null) dispose(tile.mesh);
     }
+    for (const overview of this.overviews.values()) {
+      overview.wanted = Infinity;
+      overview.dispose();
+    }
     this.full.clear();
-    this.thumbs.clear();
+    this.far.clear();
     this.tiles = new Map();
+    this.overviews = new Map();
     this.grids.clear();
     this.count = 0;
   }
 
   private tile({ mosaic, column, row }: MosaicTile): Tile {
-    const key = `${mosaic}/${column}/${row}`;
+    const key = keyOf({ mosaic, column, row });
     let tile = this.tiles.get(key);
     if (tile === undefined) {
-      tile = { mosaic, column, row, jpeg: null, mask: null, wanted: -1, thumb: null, mesh: null, busy: false };
+      tile = { mosaic, column, row, jpeg: null, mask: null, sequence: -1, mesh: null, busy: false };
       this.tiles.set(key, tile);
     }
     return tile;
   }
 
-  private paint(tile: Tile, small: Uint8ClampedArray | undefined): void {
-    if (small === undefined) return;
-    if (tile.thumb === null) {
-      tile.thumb = this.thumbs.make(orderOf(tile.mosaic));
-      ++this.count;
+  private overview({ mosaic, column, row }: Place): Overview {
+    const key = keyOf({ mosaic, column, row });
+    let overview = this.overviews.get(key);
+    if (overview === undefined) {
+      overview = new Overview(mosaic, column, row, orderOf(mosaic));
+      this.overviews.set(key, overview);
+      this.far.add(overview.mesh);
+      this.placeOverview(overview);
     }
-    tile.thumb.paint(small);
-    this.place(tile);
+    return overview;
+  }
+
+  private overviewOf({ mosaic, column, row }: Tile): Overview {
+    return this.overview({ mosaic, column: Math.floor(column / OVERVIEW_TILES), row: Math.floor(row / OVERVIEW_TILES) });
   }
 
   /** The picture of a tile that is shown in full. */
@@ -166,6 +195,7 @@ export class Mosaics {
       tile.mesh = newMesh(tile.mosaic);
       dress(tile.mesh, picture);
       this.full.add(tile.mesh);
+      this.overviewOf(tile).setHole(tile.column, tile.row, true);
       this.place(tile);
     }
     picture.close();
@@ -176,18 +206,21 @@ export class Mosaics {
     dispose(tile.mesh);
     this.full.remove(tile.mesh);
     tile.mesh = null;
-    this.place(tile);
+    this.overviewOf(tile).setHole(tile.column, tile.row, false);
   }
 
   private place(tile: Tile): void {
     const grid = this.grids.get(tile.mosaic);
-    if (grid === undefined || tile.thumb === null) return;
+    if (grid === undefined || tile.mesh === null) return;
     const corners = tileCorners(grid, tile.column, tile.row).map((corner) => this.origin.toScene(corner));
-    tile.thumb.place(corners);
-    tile.thumb.show(tile.mesh === null);
-    if (tile.mesh === null) return;
     tile.mesh.geometry.setAttribute("position", new Float32BufferAttribute(corners.flat(), 3));
     tile.mesh.geometry.computeBoundingSphere();
+  }
+
+  private placeOverview(overview: Overview): void {
+    const grid = this.grids.get(overview.mosaic);
+    if (grid === undefined) return;
+    overview.place(tileCorners(grid, overview.column, overview.row, OVERVIEW_TILES).map((corner) => this.origin.toScene(corner)));
   }
 
   private centreOf(grid: Mosaic, { column, row }: Tile): Vector3 {
@@ -196,14 +229,18 @@ export class Mosaics {
   }
 }
 
-/** Upper left, upper right, lower left, lower right; survey. */
-export function tileCorners(grid: Mosaic, column: number, row: number): Vec3[] {
+function keyOf({ mosaic, column, row }: Place): string {
+  return `${mosaic}/${column}/${row}`;
+}
+
+/** Upper left, upper right, lower left, lower right, of a square of so many tiles; survey. */
+export function tileCorners(grid: Mosaic, column: number, row: number, side = 1): Vec3[] {
   const { a, d, b, e, c, f } = grid.world;
   const [nx, ny, nz] = grid.normal;
   return [0, 1].flatMap((down) =>
     [0, 1].map((right): Vec3 => {
-      const px = TILE_SIZE * (column + right) - 0.5;
-      const py = TILE_SIZE * (row + down) - 0.5;
+      const px = TILE_SIZE * side * (column + right) - 0.5;
+      const py = TILE_SIZE * side * (row + down) - 0.5;
       const x = a * px + b * py + c;
       const y = d * px + e * py + f;
       return [x, y, (grid.offset - nx * x - ny * y) / nz];
@@ -243,6 +280,12 @@ function dispose(mesh: Mesh<BufferGeometry, MeshBasicMaterial>): void {
 }
 
 function dress(mesh: Mesh<BufferGeometry, MeshBasicMaterial>, picture: ImageBitmap): void {
+  mesh.material.map?.dispose();
+  mesh.material.map = textureOf(picture);
+  mesh.material.needsUpdate = true;
+}
+
+function textureOf(picture: ImageBitmap): Texture {
   // The picture is closed after it was used; the texture is uploaded from a copy when it is drawn first.
   const canvas = new OffscreenCanvas(picture.width, picture.height);
   canvas.getContext("2d")?.drawImage(picture, 0, 0);
@@ -251,9 +294,11 @@ function dress(mesh: Mesh<BufferGeometry, MeshBasicMaterial>, picture: ImageBitm
   texture.anisotropy = 4;
   texture.minFilter = LinearMipmapLinearFilter;
   texture.premultiplyAlpha = true;
-  mesh.material.map?.dispose();
-  mesh.material.map = texture;
-  mesh.material.needsUpdate = true;
+  return texture;
+}
+
+function fileOf(picture: Uint8Array): Blob {
+  return new Blob([new Uint8Array(picture)]);
 }
 
 /** Its colours, transparent where nothing was seen. */

@@ -26,7 +26,7 @@ async function unpack({ id, picture, mask, sizes, whole }: Job): Promise<void> {
     const bitmap = whole ? await createImageBitmap(pixelsOf(colour, seen, colour), OPTIONS) : null;
     colour.close();
     seen?.close();
-    const outcome: Outcome = { id, file, mask: maskFile, width, height, pixels, bitmap };
+    const outcome: Outcome = { id, file, width, height, pixels, bitmap };
     postMessage(outcome, { transfer: [...pixels.map(({ buffer }) => buffer), ...(bitmap === null ? [] : [bitmap])] });
   } catch (fault) {
     postMessage({ id, fault: String(fault) } satisfies Outcome);

@@ -167,6 +167,9 @@ export class View {
       case "mosaic_tile":
         await this.mosaics.setTile(record);
         break;
+      case "mosaic_overview":
+        await this.mosaics.setOverview(record);
+        break;
       case "coverage_tile":
         await this.coverage.setTile(record);
         break;

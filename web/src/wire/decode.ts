@@ -21,6 +21,7 @@ import {
   type Mark,
   type Measures,
   type Mosaic,
+  type MosaicOverview,
   type MosaicTile,
   type PlaneColour,
   type PlaneGrid,
@@ -71,6 +72,7 @@ const BODIES: Partial<Record<number, (from: Reader) => Body>> = {
   20: mark,
   21: lastView,
   22: wayBack,
+  23: mosaicOverview,
 };
 
 // Members of an object literal are evaluated in their order, which here is the order on the wire.
@@ -217,8 +219,15 @@ function mosaic(from: Reader): Mosaic {
 }
 
 function mosaicTile(from: Reader): MosaicTile {
+  return { type: "mosaic_tile", ...tile(from) };
+}
+
+function mosaicOverview(from: Reader): MosaicOverview {
+  return { type: "mosaic_overview", ...tile(from) };
+}
+
+function tile(from: Reader): Omit<MosaicTile, "type"> {
   return {
-    type: "mosaic_tile",
     mosaic: from.u32(),
     column: from.i32(),
     row: from.i32(),

@@ -6,6 +6,7 @@ export const VERSION = 2;
 export const HEADER_SIZE = 16;
 export const TIE_POINT_BLOCK = 512;
 export const TILE_SIZE = 256;
+export const OVERVIEW_TILES = 8;
 export const COVERAGE_CELLS = 64;
 
 export type Vec2 = readonly [number, number];
@@ -139,6 +140,17 @@ export interface MosaicTile {
   row: number;
   jpeg: Uint8Array;
   /** Null: the whole tile was seen. */
+  mask: Uint8Array | null;
+}
+
+/** Tiles eight to a side as one, each in fewer and larger pixels. */
+export interface MosaicOverview {
+  type: "mosaic_overview";
+  mosaic: number;
+  column: number;
+  row: number;
+  jpeg: Uint8Array;
+  /** Null: all of it was seen. */
   mask: Uint8Array | null;
 }
 
@@ -305,6 +317,7 @@ export type DiveBody =
   | PlaneColour
   | Mosaic
   | MosaicTile
+  | MosaicOverview
   | LiveImage
   | Statistics
   | Check
