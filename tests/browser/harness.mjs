@@ -11,7 +11,7 @@ import { fileURLToPath } from "node:url";
 
 const ROOT = fileURLToPath(new URL("../../", import.meta.url));
 export const PROGRAM = process.env.NADIR_PROGRAM ?? path.join(ROOT, "build/release/nadir");
-const CHROMIUM = process.env.NADIR_CHROMIUM ?? "/usr/bin/chromium";
+export const CHROMIUM = process.env.NADIR_CHROMIUM ?? "/usr/bin/chromium";
 
 export const missing = [PROGRAM, CHROMIUM].filter((file) => !existsSync(file));
 
@@ -89,22 +89,23 @@ export async function lineTo(port) {
 /** The device's name to other computers; here it is this one. */
 export const DEVICE = "nadir.local";
 
+/** Draws in software and asks nothing of anybody. */
+export const CHROMIUM_OPTIONS = [
+  "--no-sandbox",
+  "--use-angle=swiftshader",
+  "--enable-unsafe-swiftshader",
+  "--disable-background-networking",
+  "--disable-quic",
+  "--no-first-run",
+  "--disable-sync",
+  "--disable-component-update",
+];
+
 export async function chromium({ program = CHROMIUM, more = [] } = {}) {
   const require = createRequire(path.join(ROOT, "web/package.json"));
   return require("playwright-core").chromium.launch({
     executablePath: program,
-    args: [
-      "--no-sandbox",
-      "--use-angle=swiftshader",
-      "--enable-unsafe-swiftshader",
-      "--disable-background-networking",
-      "--disable-quic",
-      "--no-first-run",
-      "--disable-sync",
-      "--disable-component-update",
-      `--host-resolver-rules=MAP ${DEVICE} 127.0.0.1`,
-      ...more,
-    ],
+    args: [...CHROMIUM_OPTIONS, `--host-resolver-rules=MAP ${DEVICE} 127.0.0.1`, ...more],
   });
 }
 
@@ -131,7 +132,6 @@ export async function openPage(browser, port, prepare = async () => undefined, v
       state: window.nadir.state,
       link: window.nadir.link,
       ignored: window.nadir.ignored,
-      unpacking: window.nadir.unpacking,
     }));
   return { page, requests, errors, read };
 }

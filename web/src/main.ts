@@ -21,16 +21,19 @@ import { ScaleBar } from "./ui/scale_bar";
 import { layerSwitches, System } from "./ui/sheets";
 import { S } from "./ui/strings";
 import { Themes } from "./ui/theme";
-import { unpacking } from "./view/images";
+import { getReady, unpacking } from "./view/images";
 import { View } from "./view/view";
 import type { DiveRecord, State } from "./wire/records";
 
 let state: State | null = null;
 let linkState: LinkState = "connecting";
 let undecodable = 0;
+/** What there was when the link came up is not all drawn yet. */
+let isArriving = true;
 /** Where the viewer was before the picture took the screen because tracking was lost. */
 let stageBeforeLoss: Stage | null = null;
 
+getReady();
 const themes = new Themes();
 const api = new Api();
 const view = openView();
@@ -58,12 +61,16 @@ const link = new Link(feedAddress(), {
   newFeed: forget,
   state: (now) => {
     linkState = now;
+    if (now === "connecting") isArriving = true;
     showLink();
     if (now === "lost") void recorded?.explain();
   },
-  caughtUp: (letGo) => recorded?.setLetGo(letGo),
+  caughtUp: (letGo) => {
+    recorded?.setLetGo(letGo);
+    arrive();
+  },
 });
-if (view !== null) view.pace.isCatchingUp = () => linkState === "live" && !link.isCurrent;
+if (view !== null) view.pace.isCatchingUp = () => linkState !== "lost" && isArriving;
 wire();
 link.connect();
 
@@ -180,8 +187,14 @@ function receive(record: DiveRecord): void {
     default:
       break;
   }
-  view?.show(record).catch(() => ++undecodable);
+  view?.show(record).catch(() => ++undecodable).finally(arrive);
   if (record.type === "pose") guide.setVehicle(view?.vehicle ?? record);
+}
+
+function arrive(): void {
+  if (!isArriving || !link.isCurrent || unpacking() > 0) return;
+  isArriving = false;
+  view?.arrive();
 }
 
 function showState(record: State): void {
@@ -226,9 +239,9 @@ const automation = {
   get ignored() {
     return link.ignored + undecodable;
   },
-  /** Pictures that were told and are not unpacked yet. */
-  get unpacking() {
-    return unpacking();
+  /** What was told so far is on the screen. */
+  get isDrawn() {
+    return unpacking() === 0 && (view?.pace.isSettled ?? true);
   },
   /** Alerts known. */
   get alerts() {

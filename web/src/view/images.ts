@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Compressed pictures to pixels, a few at a time, colours untouched. All but the live image by threads beside the page's.
 
-const AT_ONCE = 8;
+const AT_ONCE = 64;
 /** Before workers that failed are started again. */
 const PAUSE_MS = 2000;
 
@@ -21,10 +21,9 @@ export interface Job {
 }
 
 export interface Unpacked extends Size {
-  /** To be unpacked again; the browser may keep it on its disk. */
-  file: Blob;
   /** First row first; transparent where the mask is black. */
   pixels: Uint8ClampedArray<ArrayBuffer>[];
+  /** Colours multiplied by alpha: a graphics card takes it as it is. */
   bitmap: ImageBitmap | null;
 }
 
@@ -37,9 +36,14 @@ interface Waiting {
 
 const pending = new Map<number, Waiting>();
 const queue: Job[] = [];
-let workers: Worker[] = [];
 let failed = false;
 let jobs = 0;
+let workers: Worker[] = [];
+
+/** Before there is something to unpack: the threads take a while to start. */
+export function getReady(): void {
+  if (workers.length === 0) workers = startWorkers();
+}
 
 /** Pictures that are still to be unpacked. */
 export function unpacking(): number {
@@ -72,7 +76,7 @@ function own<Picture extends Blob>(picture: Uint8Array | Picture): Uint8Array<Ar
 
 function handOut(): void {
   if (failed) return;
-  if (workers.length === 0) workers = startWorkers();
+  getReady();
   while (pending.size - queue.length < AT_ONCE) {
     const job = queue.shift();
     if (job === undefined) return;

@@ -5,7 +5,6 @@
 // unpacked for that only.
 import {
   BufferGeometry,
-  CanvasTexture,
   DoubleSide,
   Float32BufferAttribute,
   Group,
@@ -20,6 +19,7 @@ import type { Ray } from "./ground";
 import { unpack } from "./images";
 import type { Origin } from "./origin";
 import { Overview } from "./overviews";
+import { Store, type Kept } from "./store";
 
 /** Tiles shown in full at a time, and how many are decoded for it at once. */
 const MOST_FULL = 160;
@@ -34,9 +34,9 @@ interface Place {
 }
 
 interface Tile extends Place {
-  /** To be unpacked when it is large; the browser may keep them on its disk. */
-  jpeg: Blob | null;
-  mask: Blob | null;
+  /** To be unpacked when it is large. */
+  jpeg: Kept | null;
+  mask: Kept | null;
   /** Of the colours. */
   sequence: number;
   mesh: Mesh<BufferGeometry, MeshBasicMaterial> | null;
@@ -51,6 +51,7 @@ export class Mosaics {
   readonly grids = new Map<number, Mosaic>();
   private tiles = new Map<string, Tile>();
   private overviews = new Map<string, Overview>();
+  private store = new Store();
   private readonly far = new Group();
   private readonly full = new Group();
 
@@ -74,8 +75,10 @@ export class Mosaics {
     if (tile.sequence > record.sequence) return;
     tile.sequence = record.sequence;
     if (tile.jpeg === null) ++this.count;
-    tile.jpeg = fileOf(record.jpeg);
-    tile.mask = record.mask === null ? null : fileOf(record.mask);
+    this.store.drop(tile.jpeg);
+    this.store.drop(tile.mask);
+    tile.jpeg = this.store.keep(record.jpeg);
+    tile.mask = record.mask === null ? null : this.store.keep(record.mask);
     if (tile.mesh !== null) await this.renew(tile);
   }
 
@@ -85,11 +88,11 @@ export class Mosaics {
     if (overview.wanted > record.sequence) return;
     overview.wanted = record.sequence;
     const { bitmap } = await unpack(record.jpeg, record.mask, [], true);
-    if (bitmap !== null && overview.wanted === record.sequence) {
+    if (bitmap === null) return;
+    if (overview.wanted === record.sequence) {
       overview.paint(textureOf(bitmap));
       this.placeOverview(overview);
-    }
-    bitmap?.close();
+    } else bitmap.close();
   }
 
   /** Shows in full what is large on the screen; resolves when something has changed. sizeOf: px of a length at a scene
@@ -149,6 +152,7 @@ export class Mosaics {
     this.far.clear();
     this.tiles = new Map();
     this.overviews = new Map();
+    this.store = new Store();
     this.grids.clear();
     this.count = 0;
   }
@@ -184,7 +188,7 @@ export class Mosaics {
     const { jpeg } = tile;
     const picture = await whole(tile);
     if (tile.jpeg === jpeg && tile.mesh !== null) dress(tile.mesh, picture);
-    picture.close();
+    else picture.close();
   }
 
   private async enlarge(tile: Tile): Promise<void> {
@@ -197,8 +201,7 @@ export class Mosaics {
       this.full.add(tile.mesh);
       this.overviewOf(tile).setHole(tile.column, tile.row, true);
       this.place(tile);
-    }
-    picture.close();
+    } else picture.close();
   }
 
   private reduce(tile: Tile): void {
@@ -285,25 +288,20 @@ function dress(mesh: Mesh<BufferGeometry, MeshBasicMaterial>, picture: ImageBitm
   mesh.material.needsUpdate = true;
 }
 
+/** Takes the picture, which is kept as long: a graphics card may forget all it had. */
 function textureOf(picture: ImageBitmap): Texture {
-  // The picture is closed after it was used; the texture is uploaded from a copy when it is drawn first.
-  const canvas = new OffscreenCanvas(picture.width, picture.height);
-  canvas.getContext("2d")?.drawImage(picture, 0, 0);
-  const texture: Texture = new CanvasTexture(canvas);
+  const texture = new Texture(picture);
+  texture.addEventListener("dispose", () => { picture.close(); });
+  texture.needsUpdate = true;
   texture.flipY = false;
   texture.anisotropy = 4;
   texture.minFilter = LinearMipmapLinearFilter;
-  texture.premultiplyAlpha = true;
   return texture;
-}
-
-function fileOf(picture: Uint8Array): Blob {
-  return new Blob([new Uint8Array(picture)]);
 }
 
 /** Its colours, transparent where nothing was seen. */
 async function whole({ jpeg, mask }: Tile): Promise<ImageBitmap> {
-  const { bitmap } = jpeg === null ? { bitmap: null } : await unpack(jpeg, mask, [], true);
+  const { bitmap } = jpeg === null ? { bitmap: null } : await unpack(jpeg.bytes, mask?.bytes ?? null, [], true);
   if (bitmap === null) throw new Error("a tile without colours");
   return bitmap;
 }

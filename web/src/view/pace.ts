@@ -3,9 +3,9 @@
 // When the scene is drawn: with the browser's next picture for the viewer's hand; for what the server tells, in a part
 // of the time, since a page that is told much is to decode it, too.
 
-/** News are drawn in one part of so many of the time. */
+/** News are drawn in one part of so many of the time, and in less while much is told at once. */
 const NEWS_SHARE = 4;
-const CATCHING_UP_MS = 1000;
+const CATCHING_UP = { share: 10, ms: 1500 };
 const MOST_COST_MS = 500;
 const MEASURE_MS = 8;
 
@@ -26,7 +26,18 @@ export class Pace {
     private readonly render: (now: number, seconds: number) => boolean,
   ) {}
 
+  /** What was asked for is on the screen. */
+  get isSettled(): boolean {
+    return !this.asked && !this.drawing && !this.hasNews;
+  }
+
   draw(): void {
+    // The first picture keeps the page from all else for long: what is told meanwhile is to be unpacked beside it.
+    if (this.drawnAt === 0 && this.isCatchingUp()) this.drawNews();
+    else this.ask();
+  }
+
+  private ask(): void {
     if (this.asked) return;
     this.asked = true;
     requestAnimationFrame((now) => {
@@ -38,10 +49,10 @@ export class Pace {
   drawNews(): void {
     this.hasNews = true;
     if (this.asked || this.drawing || this.news !== undefined) return;
-    const pause = Math.max(NEWS_SHARE * this.cost, this.isCatchingUp() ? CATCHING_UP_MS : 0);
+    const pause = this.isCatchingUp() ? Math.max(CATCHING_UP.share * this.cost, CATCHING_UP.ms) : NEWS_SHARE * this.cost;
     this.news = setTimeout(() => {
       this.news = undefined;
-      this.draw();
+      this.ask();
     }, Math.max(0, this.drawnAt + pause - performance.now()));
   }
 
@@ -54,7 +65,7 @@ export class Pace {
     const moving = this.render(now, seconds);
     this.measure(performance.now());
     if (moving && this.isCatchingUp()) this.drawNews();
-    else if (moving) this.draw();
+    else if (moving) this.ask();
   }
 
   /** Waits until the graphics card has drawn what was begun. */

@@ -7,6 +7,7 @@ import type { PlaneColour, PlaneGrid, Vec3 } from "../wire/records";
 import { unpack, type Size, type Unpacked } from "./images";
 import type { Origin } from "./origin";
 import { Chunk } from "./plane_chunk";
+import { Store, type Kept } from "./store";
 
 export type PlaneStyle = "quads" | "points";
 
@@ -25,11 +26,11 @@ interface Place {
 
 interface Plane {
   grid?: PlaneGrid;
-  /** As it came, until it is unpacked. */
-  fresh?: Uint8Array | undefined;
-  jpeg?: Blob;
-  /** Sequence of the newest colours asked for. */
-  wanted: number;
+  jpeg?: Kept;
+  /** Was not unpacked yet. */
+  isFresh?: boolean;
+  /** Of the colours. */
+  sequence: number;
   coarse?: Place;
   fine?: Place | undefined;
   /** Its fine picture is being made. */
@@ -43,6 +44,7 @@ export class Planes {
   private planes = new Map<number, Plane>();
   private chunks: Chunk[] = [];
   private fine = new Set<Plane>();
+  private store = new Store();
   private style: PlaneStyle = "quads";
   private coarseness = 1;
 
@@ -64,9 +66,11 @@ export class Planes {
   /** Rejects when the picture cannot be decoded. */
   async setColour(colour: PlaneColour & { sequence: number }): Promise<void> {
     const plane = this.plane(colour.image);
-    if (plane.wanted > colour.sequence) return;
-    plane.wanted = colour.sequence;
-    plane.fresh = colour.jpeg;
+    if (plane.sequence > colour.sequence) return;
+    plane.sequence = colour.sequence;
+    this.store.drop(plane.jpeg ?? null);
+    plane.jpeg = this.store.keep(colour.jpeg);
+    plane.isFresh = true;
     await this.paint(plane);
   }
 
@@ -107,9 +111,9 @@ export class Planes {
     });
     this.chunks = [];
     this.planes.forEach((plane) => {
-      plane.wanted = Infinity;
       delete plane.jpeg;
     });
+    this.store = new Store();
     this.planes = new Map();
     this.fine = new Set();
     this.count = 0;
@@ -118,7 +122,7 @@ export class Planes {
   private plane(image: number): Plane {
     let plane = this.planes.get(image);
     if (plane === undefined) {
-      plane = { wanted: -1 };
+      plane = { sequence: -1 };
       this.planes.set(image, plane);
     }
     return plane;
@@ -126,12 +130,11 @@ export class Planes {
 
   /** Unpacks its colours for the first time, or anew; newcomers are fine while there is room. */
   private async paint(plane: Plane): Promise<void> {
-    const { grid, fresh, wanted } = plane;
-    if (grid === undefined || fresh === undefined) return;
-    plane.fresh = undefined;
-    const unpacked = await unpack(fresh, null, [coarseSize(grid), fineSize(grid)]);
-    if (plane.wanted !== wanted || !fits(unpacked, grid)) return;
-    plane.jpeg = unpacked.file;
+    const { grid, jpeg, isFresh } = plane;
+    if (grid === undefined || jpeg === undefined || isFresh !== true) return;
+    plane.isFresh = false;
+    const unpacked = await unpack(jpeg.bytes, null, [coarseSize(grid), fineSize(grid)]);
+    if (plane.jpeg !== jpeg || !fits(unpacked, grid)) return;
     const isNew = plane.coarse === undefined;
     plane.coarse ??= this.newPlace(grid, COARSE);
     fill(plane.coarse, unpacked.pixels[0]);
@@ -145,7 +148,7 @@ export class Planes {
     const { grid, jpeg } = plane;
     if (grid === undefined || jpeg === undefined) return;
     plane.busy = true;
-    const unpacked = await unpack(jpeg, null, [fineSize(grid)]).finally(() => (plane.busy = false));
+    const unpacked = await unpack(jpeg.bytes, null, [fineSize(grid)]).finally(() => (plane.busy = false));
     if (plane.jpeg === jpeg && plane.fine === undefined) {
       fill(this.giveFine(plane, grid), unpacked.pixels[0]);
       this.place(plane);

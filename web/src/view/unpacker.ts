@@ -15,18 +15,17 @@ addEventListener("message", (event: MessageEvent<Job>) => {
 
 async function unpack({ id, picture, mask, sizes, whole }: Job): Promise<void> {
   try {
-    const [file, maskFile] = [fileOf(picture), mask === null ? null : fileOf(mask)];
-    const colour = await createImageBitmap(file, OPTIONS);
-    const seen = maskFile === null ? null : await createImageBitmap(maskFile, OPTIONS);
+    const colour = await createImageBitmap(fileOf(picture), OPTIONS);
+    const seen = mask === null ? null : await createImageBitmap(fileOf(mask), OPTIONS);
     if (seen !== null && (seen.width !== colour.width || seen.height !== colour.height)) {
       throw new Error("the mask is not of the picture's size");
     }
     const { width, height } = colour;
     const pixels = sizes.map((size) => pixelsOf(colour, seen, size ?? colour).data);
-    const bitmap = whole ? await createImageBitmap(pixelsOf(colour, seen, colour), OPTIONS) : null;
+    const bitmap = whole ? await createImageBitmap(pixelsOf(colour, seen, colour), { ...OPTIONS, premultiplyAlpha: "premultiply" }) : null;
     colour.close();
     seen?.close();
-    const outcome: Outcome = { id, file, width, height, pixels, bitmap };
+    const outcome: Outcome = { id, width, height, pixels, bitmap };
     postMessage(outcome, { transfer: [...pixels.map(({ buffer }) => buffer), ...(bitmap === null ? [] : [bitmap])] });
   } catch (fault) {
     postMessage({ id, fault: String(fault) } satisfies Outcome);

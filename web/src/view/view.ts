@@ -89,6 +89,7 @@ export class View {
   private framing: Framing = "all";
   private refinement: ReturnType<typeof setTimeout> | undefined;
   private refinedAt = 0;
+  private jumps = false;
 
   /** Throws where the browser cannot draw in 3D. */
   constructor(private readonly canvas: HTMLCanvasElement) {
@@ -119,8 +120,7 @@ export class View {
     };
     new ResizeObserver(() => {
       this.resize();
-    }).observe(canvas);
-    this.resize();
+    }).observe(canvas);  // and now
   }
 
   get counts(): Counts {
@@ -322,12 +322,20 @@ export class View {
     this.pace.draw();
   }
 
+  /** All that was told at once is here. */
+  arrive(): void {
+    this.jumps = true;
+    this.draw();
+  }
+
   /** True while the eye is on its way. */
   private render(now: number, seconds: number): boolean {
     if (!this.pace.isCatchingUp()) this.setQuality(this.budget.begin(now));
     this.cameras.update();
     this.cameras.setSize(0.2 * (this.range || 1));
-    const moving = this.frame(Math.min(LONGEST_STEP_S, seconds));
+    // While much is told, the eye jumps: what it would pass on its way is drawn for nothing.
+    const moving = this.frame(this.jumps || this.pace.isCatchingUp() ? 0 : Math.min(LONGEST_STEP_S, seconds));
+    this.jumps = false;
     this.eye.clip(this.bounds);
     const vehicle = this.cameras.vehicle;
     vehicle.scale.setScalar(this.cameras.newest === null ? 0 : VEHICLE_PX * this.eye.sizeOfPixel(vehicle.position));
@@ -340,6 +348,7 @@ export class View {
   /** Not with every picture: what is near is looked for four times a second, and once more at rest. */
   private refineSoon(now: number): void {
     clearTimeout(this.refinement);
+    if (this.pace.isCatchingUp()) return;
     const wait = Math.max(0, REFINE_MS - (now - this.refinedAt));
     this.refinement = setTimeout(() => {
       this.refinedAt = performance.now();
@@ -348,14 +357,18 @@ export class View {
   }
 
   private async refine(): Promise<void> {
-    const changed = await Promise.all([this.planes.refine(this.eye.target), this.mosaics.refine(this.eye.sizer())]).catch(() => [false]);
+    const refined = [];
+    if (this.planes.object.visible) refined.push(this.planes.refine(this.eye.target));
+    if (this.mosaics.object.visible) refined.push(this.mosaics.refine(this.eye.sizer()));
+    const changed = await Promise.all(refined).catch(() => [false]);
     if (changed.includes(true)) this.pace.drawNews();
   }
 
   private setQuality(quality: Quality): void {
     if (quality === this.quality) return;
     this.quality = quality;
-    this.renderer.setPixelRatio(Math.min(devicePixelRatio, 2) * quality.resolution);
+    const ratio = Math.min(devicePixelRatio, 2) * quality.resolution;
+    if (ratio !== this.renderer.getPixelRatio()) this.renderer.setPixelRatio(ratio);  // makes the canvas anew
     this.planes.setCoarseness(quality.stride);
   }
 
