@@ -35,7 +35,7 @@ struct Config {
   std::string certificate;                 ///< may be followed by its chain
   std::string key;                         ///< without a passphrase
   std::size_t max_clients = 32;            ///< viewers at a time
-  std::size_t client_bytes = 128 << 10;    ///< kernel send buffer of a viewer: what may be stale
+  std::size_t client_bytes = 32 << 10;     ///< kernel send buffer of a viewer: what may be stale
   std::size_t retained_bytes = 64u << 20;  ///< of records kept for late viewers; oldest data go
   double header_timeout = 5;               ///< s, for a header (with TLS's handshake) and for the
                                            ///< hello; a body: twice
