@@ -23,8 +23,9 @@ constexpr auto kRatePeriod = std::chrono::seconds(10);
 constexpr int kGridQuality = 85;  // 150 x 100 cells: 5 to 8 kB, of at most 10 kB an image
 constexpr int kTileQuality = 92;  // within 8 grey levels of the mosaic file
 
-constexpr auto kOverviewPeriod = std::chrono::milliseconds(500);
-constexpr std::size_t kMostOverviews = 4;  // at a time: each costs what a tile does
+// Overviews change with every image: more of them would keep tiles from thin links.
+constexpr auto kOverviewPeriod = std::chrono::seconds(1);
+constexpr std::size_t kMostOverviews = 2;
 
 template <class Record>
 Record encoded(const Tile& tile) {
@@ -377,6 +378,7 @@ void Publisher::publish(const wire::Check& check) { send(serve::Lane::state, che
 
 void Publisher::publish(const std::vector<StageStats>& stages) {
   send(serve::Lane::state, wire::Statistics{stages});
+  send_overviews_in_time();
 }
 
 void Publisher::finish(std::uint64_t dropped_at_end) {

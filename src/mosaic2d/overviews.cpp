@@ -16,8 +16,13 @@ std::int32_t floored(std::int32_t tile) {
 }
 
 cv::Mat small(const cv::Mat& bgra) {
-  cv::Mat seen(bgra.size(), CV_32FC4, cv::Scalar::all(0)), alpha, all;
+  cv::Mat reduced, alpha;
   cv::extractChannel(bgra, alpha, 3);
+  if (cv::countNonZero(alpha == 255) == static_cast<int>(alpha.total())) {  // most are
+    cv::resize(bgra, reduced, {kSide, kSide}, 0, 0, cv::INTER_AREA);
+    return reduced;
+  }
+  cv::Mat seen(bgra.size(), CV_32FC4, cv::Scalar::all(0)), all;
   bgra.convertTo(all, CV_32F);
   all.copyTo(seen, alpha);  // what was not seen has no part in the mean
   cv::resize(seen, seen, {kSide, kSide}, 0, 0, cv::INTER_AREA);
@@ -26,9 +31,8 @@ cv::Mat small(const cv::Mat& bgra) {
       for (int k = 0; k < 3; ++k) pixel[k] /= share;
     }
   });
-  cv::Mat small;
-  seen.convertTo(small, CV_8U);
-  return small;
+  seen.convertTo(reduced, CV_8U);
+  return reduced;
 }
 
 }  // namespace
@@ -49,9 +53,12 @@ void Overviews::add(const Tile& tile) {
 std::vector<Tile> Overviews::take(std::size_t most) {
   std::vector<Tile> taken;
   while (taken.size() < most && !changed_.empty()) {
-    const Place place = changed_.extract(changed_.begin()).value();
-    const auto& [mosaic, row, column] = place;
-    taken.push_back({mosaic, column, row, overviews_.at(place)});
+    // In turn, so that none waits for those that change all the time.
+    auto next = changed_.upper_bound(last_);
+    if (next == changed_.end()) next = changed_.begin();
+    last_ = changed_.extract(next).value();
+    const auto& [mosaic, row, column] = last_;
+    taken.push_back({mosaic, column, row, overviews_.at(last_).clone()});
   }
   return taken;
 }

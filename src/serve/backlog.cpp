@@ -69,9 +69,14 @@ SharedBytes Backlog::next(bool thin) {
   const Record& record = *waiting[*first];
   shares_.took(*first, record.bytes->size());
   switch (FairShares::kLanes[*first]) {
-    case Lane::prompt: prompt_.sent(record); break;
-    case Lane::data: data_.sent(record); break;
-    default: live_sent_ = record.sequence;
+    case Lane::prompt:
+      prompt_.sent(record);
+      break;
+    case Lane::data:
+      data_.sent(record);
+      break;
+    default:
+      live_sent_ = record.sequence;
   }
   return record.bytes;
 }

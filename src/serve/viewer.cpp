@@ -54,7 +54,7 @@ class Viewer::Conversation : public std::enable_shared_from_this<Viewer::Convers
   static constexpr auto kBeat = std::chrono::seconds(3);
   static constexpr std::size_t kMessageBytes = 4 << 10;
   static constexpr std::size_t kInboundBytes = 8 << 10;  // per look: a hello and pongs are less
-  static constexpr int kUnsentBytes = 4 << 10;          // beyond what is under way
+  static constexpr int kUnsentBytes = 4 << 10;           // beyond what is under way
   // The grain in which progress is seen; with its frame's header one record of TLS.
   static constexpr std::size_t kChunkBytes = (16 << 10) - 4;
   static constexpr auto kWrongVersion = static_cast<websocket::close_code>(4000);  // RFC 6455 7.4.2

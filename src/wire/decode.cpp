@@ -215,6 +215,7 @@ std::optional<MosaicGrid> decode_mosaic(View record) {
   return from.finish(mosaic);
 }
 
+namespace {
 template <class Tile>
 std::optional<Tile> decode_tile(View record, RecordType type) {
   Reader from(record, type);
@@ -226,6 +227,7 @@ std::optional<Tile> decode_tile(View record, RecordType type) {
   tile.mask_png = optional_png(from);
   return from.finish(std::move(tile));
 }
+}  // namespace
 
 std::optional<MosaicTile> decode_mosaic_tile(View record) {
   return decode_tile<MosaicTile>(record, RecordType::mosaic_tile);

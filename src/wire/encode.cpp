@@ -122,12 +122,14 @@ Bytes encode(const MosaicGrid& mosaic) {
   return to.finite(mosaic.plane.offset).finish();
 }
 
+namespace {
 template <class Tile>
 Bytes encode_tile(RecordType type, const Tile& tile) {
   Writer to(type);
   to.number(tile.mosaic).number(tile.column).number(tile.row);
   return to.blob(tile.jpeg).blob(tile.mask_png).finish();
 }
+}  // namespace
 
 Bytes encode(const MosaicTile& tile) { return encode_tile(RecordType::mosaic_tile, tile); }
 
@@ -235,11 +237,13 @@ std::uint64_t key(const PlaneColour& colour) {
   return make_key(RecordType::plane_colour, colour.image);
 }
 std::uint64_t key(const MosaicGrid& mosaic) { return make_key(RecordType::mosaic, mosaic.mosaic); }
+namespace {
 template <class Tile>
 std::uint64_t tile_key(RecordType type, const Tile& tile) {
   return make_key(type,
                   (std::uint64_t{tile.mosaic} << (2 * kPlaceBits)) | place(tile.column, tile.row));
 }
+}  // namespace
 std::uint64_t key(const MosaicTile& tile) { return tile_key(RecordType::mosaic_tile, tile); }
 std::uint64_t key(const MosaicOverview& overview) {
   return tile_key(RecordType::mosaic_overview, overview);

@@ -95,13 +95,27 @@ TEST_F(AtTheDesk, AnyoneMayLook) {
 
 TEST_F(AtTheDesk, KnowsNoOtherPaths) {
   const std::string dive = "dives/" + id_of("dive-0001");
-  for (const std::string& path :
-       {std::string(), std::string("/"), std::string("dives/"), std::string("dives/.."),
-        std::string("dives/../dives"), dive + "/", dive + "/..", dive + "/files", dive + "/files/",
-        dive + "/files/../../etc/passwd", dive + "/files/..%2f..%2fetc", dive + "/archive/x", dive + "/images/x",
-        dive + "/images/-1", dive + "/images/7",
-        std::string("marks/x/photo"), std::string("marks//photo"), std::string("marks/-1/photo"),
-        std::string("marks/0/photo"), std::string("tokens"), std::string("dive/start")}) {
+  for (const std::string& path : {std::string(),
+                                  std::string("/"),
+                                  std::string("dives/"),
+                                  std::string("dives/.."),
+                                  std::string("dives/../dives"),
+                                  dive + "/",
+                                  dive + "/..",
+                                  dive + "/files",
+                                  dive + "/files/",
+                                  dive + "/files/../../etc/passwd",
+                                  dive + "/files/..%2f..%2fetc",
+                                  dive + "/archive/x",
+                                  dive + "/images/x",
+                                  dive + "/images/-1",
+                                  dive + "/images/7",
+                                  std::string("marks/x/photo"),
+                                  std::string("marks//photo"),
+                                  std::string("marks/-1/photo"),
+                                  std::string("marks/0/photo"),
+                                  std::string("tokens"),
+                                  std::string("dive/start")}) {
     EXPECT_EQ(ann.status("GET", path), 404u) << path;
   }
   EXPECT_EQ(stranger.say("GET", dive, "", "folder=..").first, 404u);

@@ -37,6 +37,7 @@ struct Seen {
   std::map<std::uint64_t, Mark> marks;
   std::map<std::uint32_t, MosaicGrid> mosaics;
   std::map<std::pair<int, int>, wire::MosaicTile> tiles;
+  std::map<std::pair<int, int>, wire::MosaicOverview> overviews;
   std::vector<Alert> alerts, alerts_after_end;
   std::set<int> types;
   bool refused = false, sent_away = false;
@@ -52,6 +53,8 @@ struct Seen {
     if (const auto mark = wire::decode_mark(bytes)) marks[mark->id] = *mark;
     if (const auto mosaic = wire::decode_mosaic(bytes)) mosaics[mosaic->mosaic] = *mosaic;
     if (const auto tile = wire::decode_mosaic_tile(bytes)) tiles[{tile->row, tile->column}] = *tile;
+    if (const auto far = wire::decode_mosaic_overview(bytes))
+      overviews[{far->row, far->column}] = *far;
     if (const auto alert = wire::decode_alert(bytes)) {
       (state && state->finished ? alerts_after_end : alerts).push_back(alert->alert);
     }
@@ -182,6 +185,15 @@ TEST_F(RecordedDives, HaveTheMosaicOfTheDiskWhereItIsOnTheSurvey) {
       image_io::decode(tile.mask_png, kSide, kSide, 1, image_io::Colour::grey).image;
   EXPECT_EQ(mask.at<std::uint8_t>(row % kSide, column % kSide), 255);
   EXPECT_EQ(cv::countNonZero(mask), 100 * 50);
+  // The same from afar, an eighth as large.
+  const auto far = seen.overviews.find({row / 8 / kSide, column / 8 / kSide});
+  ASSERT_NE(far, seen.overviews.end());
+  const cv::Mat how_much =
+      image_io::decode(far->second.mask_png, kSide, kSide, 1, image_io::Colour::grey).image;
+  EXPECT_GT(how_much.at<std::uint8_t>(row / 8 % kSide, column / 8 % kSide), 0);
+  const cv::Mat of_tile = how_much(
+      {kSide / 8 * (column / kSide % 8), kSide / 8 * (row / kSide % 8), kSide / 8, kSide / 8});
+  EXPECT_NEAR(cv::sum(of_tile)[0] / 255, 100 * 50 / 64.0, 0.5);
 }
 
 TEST_F(RecordedDives, HaveTheirMosaicCorrectedOnce) {

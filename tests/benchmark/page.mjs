@@ -170,7 +170,7 @@ async function unwatched(records, planes, tiles) {
   const child = spawn(harness.CHROMIUM, [...harness.CHROMIUM_OPTIONS, "--headless=new", "--window-size=1280,800", `--user-data-dir=${harness.temporaryFolder()}`,
     `http://127.0.0.1:${front.port}/warm`], { stdio: "ignore", detached: true });
   const ended = new Promise((resolve) => child.on("exit", resolve));
-  const at = await isDrawn;
+  const at = await Promise.race([isDrawn, pause(60_000).then(() => Infinity)]);
   process.kill(-child.pid);
   await ended;
   front.close();

@@ -68,7 +68,8 @@ TEST(Overviews, GiveTheMeanOfWhatWasSeenAndHowMuchThatWas) {
   Tile half = tile(0, 0, {40, 80, 120, 255});
   for (int column = 0; column < kSize; ++column) {
     if (column % 4 < 2) continue;
-    half.bgra.col(column) = column % 4 == 2 ? cv::Scalar(60, 100, 140, 255) : cv::Scalar(255, 0, 0, 0);
+    half.bgra.col(column) =
+        column % 4 == 2 ? cv::Scalar(60, 100, 140, 255) : cv::Scalar(255, 0, 0, 0);
   }
   Overviews overviews;
   overviews.add(half);

@@ -30,6 +30,9 @@ let linkState: LinkState = "connecting";
 let undecodable = 0;
 /** What there was when the link came up is not all drawn yet. */
 let isArriving = true;
+let arrival: ReturnType<typeof setTimeout> | undefined;
+/** A link that never carries all there is is no reason to draw coarsely for ever. */
+const LONGEST_ARRIVAL_MS = 10_000;
 /** Where the viewer was before the picture took the screen because tracking was lost. */
 let stageBeforeLoss: Stage | null = null;
 
@@ -61,7 +64,8 @@ const link = new Link(feedAddress(), {
   newFeed: forget,
   state: (now) => {
     linkState = now;
-    if (now === "connecting") isArriving = true;
+    if (now === "live") beginArriving();
+    else if (now === "lost") endArriving();
     showLink();
     if (now === "lost") void recorded?.explain();
   },
@@ -70,7 +74,7 @@ const link = new Link(feedAddress(), {
     arrive();
   },
 });
-if (view !== null) view.pace.isCatchingUp = () => linkState !== "lost" && isArriving;
+if (view !== null) view.pace.isCatchingUp = () => isArriving;
 wire();
 link.connect();
 
@@ -191,11 +195,23 @@ function receive(record: DiveRecord): void {
   if (record.type === "pose") guide.setVehicle(view?.vehicle ?? record);
 }
 
+function beginArriving(): void {
+  isArriving = true;
+  clearTimeout(arrival);
+  arrival = setTimeout(endArriving, LONGEST_ARRIVAL_MS);
+}
+
 function arrive(): void {
-  if (!isArriving || !link.isCurrent || unpacking() > 0) return;
+  if (isArriving && link.isCurrent && unpacking() === 0) endArriving();
+}
+
+function endArriving(): void {
+  clearTimeout(arrival);
+  if (!isArriving) return;
   isArriving = false;
   view?.arrive();
 }
+
 
 function showState(record: State): void {
   state = record;

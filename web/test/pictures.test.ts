@@ -5,6 +5,7 @@ import type { BufferGeometry, Mesh, ShaderMaterial } from "three";
 import { beforeEach, describe, expect, it, vi } from "vitest";
 import { Mosaics } from "../src/view/mosaics";
 import { Origin } from "../src/view/origin";
+import { Planes } from "../src/view/planes";
 import type { Mosaic, MosaicOverview, MosaicTile } from "../src/wire/records";
 
 interface Job {
@@ -20,7 +21,7 @@ vi.mock("../src/view/images", () => ({
       const file = picture instanceof Blob ? picture : new Blob([new Uint8Array(picture)]);
       const pixels = sizes.map(({ width, height }) => new Uint8ClampedArray(4 * width * height));
       const bitmap = { file, width: 1, height: 1, close: () => undefined };
-      jobs.push({ picture, finish: () => { resolve({ file, mask: null, width: 1, height: 1, pixels, bitmap }); } });
+      jobs.push({ picture, finish: () => { resolve({ width: 150, height: 100, pixels, bitmap }); } });
     }),
 }));
 
@@ -58,6 +59,20 @@ async function shown(mosaics: Mosaics): Promise<number | undefined> {
 function uniformsOf(object: unknown): ShaderMaterial["uniforms"] {
   return (object as Mesh<BufferGeometry, ShaderMaterial>).material.uniforms;
 }
+
+describe("Planes", () => {
+  it("are there once both their halves are, whichever comes first", async () => {
+    const planes = new Planes(new Origin());
+    void planes.setColour({ type: "plane_colour", image: 3, jpeg: new Uint8Array([1]), sequence: 1 });
+    expect(jobs.length).toBe(0);
+    const painted = planes.setGrid({
+      type: "plane_grid", image: 3, submap: 0, columns: 150, rows: 100, surveyFromGrid: new Float64Array(12), camera: [0, 0, 0], maxRange: 1,
+    });
+    await finish();
+    await painted;
+    expect(planes.has(3)).toBe(true);
+  });
+});
 
 describe("Mosaics", () => {
   beforeEach(() => { jobs.length = 0; });

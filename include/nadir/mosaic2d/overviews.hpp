@@ -13,8 +13,8 @@
 
 namespace nadir::mosaic2d {
 
-/// Overview (column, row) of a mosaic shows tiles [8 column, 8 column + 7] x [8 row, ...] in as many
-/// pixels as one of them has. Memory: 4 kB a tile where tiles are many.
+/// Overview (column, row) of a mosaic shows tiles [8 column, 8 column + 7] x [8 row, ...] in as
+/// many pixels as one of them has. Memory: 4 kB a tile where tiles are many.
 class Overviews {
  public:
   static constexpr int kTiles = 8;  ///< per side
@@ -22,15 +22,16 @@ class Overviews {
   /// Shows the tile in place of an earlier one of its place.
   void add(const Tile& tile);
 
-  /// Those that have changed since they were taken, at most so many, as tiles whose column and row
-  /// count overviews. A pixel is the mean of what was seen in 8 x 8 of a tile's, its alpha how much
-  /// of them that was.
+  /// Those that have changed since they were taken, at most so many in turn, as tiles whose column
+  /// and row count overviews. A pixel is the mean of what was seen in 8 x 8 of a tile's, its alpha
+  /// how much of them that was.
   std::vector<Tile> take(std::size_t most);
 
  private:
   using Place = std::tuple<std::uint32_t, std::int32_t, std::int32_t>;  ///< mosaic, row, column
   std::map<Place, cv::Mat> overviews_;
   std::set<Place> changed_;
+  Place last_{0, INT32_MIN, INT32_MIN};  ///< taken
 };
 
 }  // namespace nadir::mosaic2d

@@ -105,6 +105,7 @@ function photograph(mark: Mark, api: Api): HTMLElement[] {
   if (mark.image === null) return [];
   const photo = el("img", "photo");
   photo.alt = S.marks.photo;
+  photo.addEventListener("error", () => { photo.remove(); });  // it was not projected
   photo.src = recordedDive === null ? api.photoAddress(mark.id) : api.imageAddress(recordedDive, mark.image);
   return [photo];
 }

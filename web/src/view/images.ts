@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: nadir contributors
 // SPDX-License-Identifier: Apache-2.0
-// Compressed pictures to pixels, a few at a time, colours untouched. All but the live image by threads beside the page's.
+// Compressed pictures to pixels, in their turn, colours untouched. All but the live image by threads beside the page's.
 
 const AT_ONCE = 64;
 /** Before workers that failed are started again. */

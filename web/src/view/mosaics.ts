@@ -1,16 +1,19 @@
 // SPDX-FileCopyrightText: nadir contributors
 // SPDX-License-Identifier: Apache-2.0
 // The 2D mosaics (2DSIM) on their planes: overviews of all of them, and in full those tiles that are large on the
-// screen, so that what a mosaic of any size takes on the graphics card is bounded but for some 5 kB a tile. Tiles are
-// unpacked for that only.
+// screen, so that what a mosaic of any size takes on the graphics card is bounded but for some 5 kB a tile where
+// tiles are many. Tiles are unpacked for that only.
 import {
   BufferGeometry,
+  CustomBlending,
   DoubleSide,
   Float32BufferAttribute,
   Group,
   LinearMipmapLinearFilter,
   Mesh,
   MeshBasicMaterial,
+  OneFactor,
+  OneMinusSrcAlphaFactor,
   Texture,
   Vector3,
 } from "three";
@@ -42,6 +45,8 @@ interface Tile extends Place {
   mesh: Mesh<BufferGeometry, MeshBasicMaterial> | null;
   /** Being made full. */
   busy: boolean;
+  /** Could not be unpacked. */
+  broken: Kept | null;
 }
 
 export class Mosaics {
@@ -69,7 +74,7 @@ export class Mosaics {
     }
   }
 
-  /** Rejects when a picture cannot be decoded. */
+  /** Rejects when it is shown in full and cannot be decoded. */
   async setTile(record: MosaicTile & { sequence: number }): Promise<void> {
     const tile = this.tile(record);
     if (tile.sequence > record.sequence) return;
@@ -106,7 +111,7 @@ export class Mosaics {
     });
     sized.sort((one, other) => other.size - one.size);
     const wanted = new Set(sized.slice(0, MOST_FULL).map(({ tile }) => tile));
-    const missing = [...wanted].filter((tile) => tile.mesh === null && !tile.busy).slice(0, AT_ONCE);
+    const missing = [...wanted].filter((tile) => tile.mesh === null && !tile.busy && tile.broken !== tile.jpeg).slice(0, AT_ONCE);
     const spare = [...this.tiles.values()].filter((tile) => tile.mesh !== null && !wanted.has(tile));
     const tooMany = this.full.children.length + missing.length - MOST_FULL;
     for (const tile of spare.slice(0, Math.max(0, tooMany))) this.reduce(tile);
@@ -161,7 +166,7 @@ export class Mosaics {
     const key = keyOf({ mosaic, column, row });
     let tile = this.tiles.get(key);
     if (tile === undefined) {
-      tile = { mosaic, column, row, jpeg: null, mask: null, sequence: -1, mesh: null, busy: false };
+      tile = { mosaic, column, row, jpeg: null, mask: null, sequence: -1, mesh: null, busy: false, broken: null };
       this.tiles.set(key, tile);
     }
     return tile;
@@ -194,8 +199,11 @@ export class Mosaics {
   private async enlarge(tile: Tile): Promise<void> {
     const { jpeg } = tile;
     tile.busy = true;
-    const picture = await whole(tile).finally(() => (tile.busy = false));
-    if (tile.jpeg === jpeg && tile.mesh === null) {
+    const picture = await whole(tile).catch(() => null);
+    tile.busy = false;
+    if (picture === null) {
+      tile.broken = jpeg;
+    } else if (tile.jpeg === jpeg && tile.mesh === null) {
       tile.mesh = newMesh(tile.mosaic);
       dress(tile.mesh, picture);
       this.full.add(tile.mesh);
@@ -262,7 +270,10 @@ function newMesh(mosaic: number): Mesh<BufferGeometry, MeshBasicMaterial> {
   const material = new MeshBasicMaterial({
     side: DoubleSide,
     transparent: true,
-    premultipliedAlpha: true,
+    // Its picture is multiplied by alpha already; premultipliedAlpha would do so again.
+    blending: CustomBlending,
+    blendSrc: OneFactor,
+    blendDst: OneMinusSrcAlphaFactor,
     depthWrite: false,
     toneMapped: false,
   });

@@ -55,11 +55,12 @@ export class Planes {
     return this.planes.get(image)?.coarse !== undefined;
   }
 
-  setGrid(grid: PlaneGrid): void {
+  /** Rejects when the picture that came before cannot be decoded. */
+  async setGrid(grid: PlaneGrid): Promise<void> {
     const plane = this.plane(grid.image);
     const known = plane.grid;
     plane.grid = grid;
-    if (known === undefined) void this.paint(plane);
+    if (known === undefined) await this.paint(plane);
     else this.place(plane);
   }
 

@@ -152,10 +152,10 @@ export class View {
         this.tiePoints.set(record);
         break;
       case "plane_grid": {
-        this.planes.setGrid(record);
         this.ground.set(record);
         const centre = pointOf(record, record.columns / 2, record.rows / 2);
         if (centre !== null) this.measureRange(record.camera, centre);
+        await this.planes.setGrid(record);
         break;
       }
       case "plane_colour":
