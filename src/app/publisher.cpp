@@ -21,22 +21,19 @@ constexpr auto kLivePeriod = std::chrono::milliseconds(100);  // machine.md: ima
 constexpr auto kSlowLivePeriod = std::chrono::milliseconds(500);
 constexpr auto kRatePeriod = std::chrono::seconds(10);
 constexpr int kGridQuality = 85;  // 150 x 100 cells: 5 to 8 kB, of at most 10 kB an image
-constexpr int kTileQuality = 92;  // within 8 grey levels of the mosaic file
+constexpr int kTileQuality = 85;  // within 8 grey levels of the mosaic file
+constexpr int kOverviewQuality = 80;
 
 // Overviews change with every image: more of them would keep tiles from thin links.
 constexpr auto kOverviewPeriod = std::chrono::seconds(1);
 constexpr std::size_t kMostOverviews = 2;
 
 template <class Record>
-Record encoded(const Tile& tile) {
+Record encoded(const Tile& tile, int quality) {
   cv::Mat bgr, alpha;
   cv::cvtColor(tile.bgra, bgr, cv::COLOR_BGRA2BGR);
   cv::extractChannel(tile.bgra, alpha, 3);
-  Record record{tile.mosaic,
-                tile.column,
-                tile.row,
-                image_io::encode_jpeg(bgr, kTileQuality, image_io::Chroma::full),
-                {}};
+  Record record{tile.mosaic, tile.column, tile.row, image_io::encode_jpeg(bgr, quality), {}};
   if (cv::countNonZero(alpha < 255) > 0) record.mask_png = image_io::encode_png(alpha);
   return record;
 }
@@ -253,7 +250,7 @@ void Publisher::publish_corrected(const MosaicGrid& grid,
 void Publisher::send_tiles(const std::vector<std::shared_ptr<const Tile>>& tiles) {
   for (const auto& tile : tiles) {
     tiles_.insert({tile->mosaic, tile->column, tile->row});
-    send(serve::Lane::data, encoded<wire::MosaicTile>(*tile));
+    send(serve::Lane::data, encoded<wire::MosaicTile>(*tile, kTileQuality));
     overviews_.add(*tile);
   }
   state_.mosaic_tiles = tiles_.size();
@@ -270,7 +267,7 @@ void Publisher::send_overviews_in_time() {
 
 void Publisher::send_overviews(std::size_t most) {
   for (const Tile& overview : overviews_.take(most)) {
-    send(serve::Lane::data, encoded<wire::MosaicOverview>(overview));
+    send(serve::Lane::prompt, encoded<wire::MosaicOverview>(overview, kOverviewQuality));
   }
 }
 

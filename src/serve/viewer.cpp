@@ -55,6 +55,7 @@ class Viewer::Conversation : public std::enable_shared_from_this<Viewer::Convers
   static constexpr std::size_t kMessageBytes = 4 << 10;
   static constexpr std::size_t kInboundBytes = 8 << 10;  // per look: a hello and pongs are less
   static constexpr int kUnsentBytes = 4 << 10;           // beyond what is under way
+  static constexpr char kCongestionControl[] = "bbr";
   // The grain in which progress is seen; with its frame's header one record of TLS.
   static constexpr std::size_t kChunkBytes = (16 << 10) - 4;
   static constexpr auto kWrongVersion = static_cast<websocket::close_code>(4000);  // RFC 6455 7.4.2
@@ -67,6 +68,9 @@ class Viewer::Conversation : public std::enable_shared_from_this<Viewer::Convers
     stream.socket().set_option(tcp::socket::send_buffer_size(feed_->shared.client_bytes), ignored);
     ::setsockopt(stream.socket().native_handle(), IPPROTO_TCP, TCP_NOTSENT_LOWAT, &kUnsentBytes,
                  sizeof kUnsentBytes);
+    // A link that loses packets is no slower for that. Where the kernel has no BBR, it is.
+    ::setsockopt(stream.socket().native_handle(), IPPROTO_TCP, TCP_CONGESTION, kCongestionControl,
+                 sizeof kCongestionControl - 1);
     stream.rate_policy().limit(kInboundBytes);
     socket_.set_option({feed_->shared.timeouts.header, websocket::stream_base::none(), false});
     socket_.read_message_max(kMessageBytes);
@@ -120,8 +124,9 @@ class Viewer::Conversation : public std::enable_shared_from_this<Viewer::Convers
   asio::awaitable<void> send_records() {
     co_await send(wire::encode(wire::Welcome{feed_->id, feed_->records.newest()}));
     while (!gone_) {
+      const Clock::time_point begun = Clock::now();
+      co_await room();  // what is chosen now cannot be overtaken any more
       if (const SharedBytes record = backlog_->next(load_.is_thin())) {
-        const Clock::time_point begun = Clock::now();
         co_await send(*record);
         load_.wrote(begun, Clock::now());
         ++feed_->shared.tally.sent;
@@ -132,6 +137,18 @@ class Viewer::Conversation : public std::enable_shared_from_this<Viewer::Convers
         if (!woken && !gone_) co_await send(backlog_->caught_up());
       }
     }
+  }
+
+  /// Waits until nearly all that was written is under way: a write alone succeeds long before, as
+  /// the kernel fills what it began whatever TCP_NOTSENT_LOWAT says.
+  asio::awaitable<void> room() {
+    error_code error;
+    progressed_ = Clock::now();
+    writing_ = true;
+    co_await beast::get_lowest_layer(socket_).socket().async_wait(tcp::socket::wait_write,
+                                                                  noting(error));
+    writing_ = false;
+    if (error) end();
   }
 
   asio::awaitable<void> send(const wire::Bytes& record) {

@@ -23,6 +23,7 @@ const SHORT = 40;
 const HEADER = 16;
 const VERSION = 2;
 const TYPE = { welcome: 2, state: 3, camera: 5, pose: 6, planeGrid: 8, planeColour: 9, mosaic: 10, mosaicTile: 11, caughtUp: 14, mosaicOverview: 23 };
+const PROMPT = [TYPE.pose, TYPE.planeGrid, TYPE.planeColour, TYPE.mosaicOverview];
 const OF_MOSAICS = [TYPE.mosaicTile, TYPE.mosaicOverview];
 const APART = 30; // survey units between the copies
 const LATE_VIEWERS = 5;
@@ -91,6 +92,21 @@ function longDive(records, images) {
     const keyed = [TYPE.pose, TYPE.planeGrid, TYPE.planeColour].includes(record[0]);
     return !keyed || record.readBigUInt64LE(HEADER) < BigInt(images);
   });
+}
+
+/** In the order in which the server sends them to a late viewer: include/nadir/wire, Lanes. */
+function asServed(records) {
+  const prompt = records.filter(({ 0: type }) => PROMPT.includes(type));
+  const data = records.filter(({ 0: type }) => type === TYPE.mosaicTile);
+  const served = records.filter(({ 0: type }) => type !== TYPE.mosaicTile && !PROMPT.includes(type));
+  const sent = { prompt: 0, data: 0 };
+  while (prompt.length + data.length > 0) {
+    const isPrompt = data.length === 0 || (prompt.length > 0 && sent.prompt <= 2 * sent.data);
+    const record = (isPrompt ? prompt : data).pop();
+    sent[isPrompt ? "prompt" : "data"] += record.length;
+    served.push(record);
+  }
+  return served;
 }
 
 const imageOf = (record) => {
@@ -263,7 +279,7 @@ function say(what, value, unit, bar) {
 }
 
 async function lateViewer(browser, records) {
-  const dive = longDive(records, IMAGES);
+  const dive = asServed(longDive(records, IMAGES));
   const planes = dive.filter((record) => record[0] === TYPE.planeColour).length;
   const ofPlanes = dive.filter((record) => record[0] === TYPE.planeColour || record[0] === TYPE.planeGrid);
   console.log(`${planes} planes, ${planes * 15000} points`);

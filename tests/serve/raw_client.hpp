@@ -7,6 +7,7 @@
 #include <netinet/in.h>
 #include <netinet/tcp.h>
 #include <poll.h>
+#include <sys/ioctl.h>
 #include <sys/socket.h>
 #include <unistd.h>
 
@@ -82,6 +83,12 @@ class RawClient {
       text.remove_prefix(static_cast<std::size_t>(sent));
     }
     return true;
+  }
+
+  /// Bytes that have come and were not read.
+  std::size_t unread() const {
+    int size = 0;
+    return ::ioctl(socket_, FIONREAD, &size) == 0 ? static_cast<std::size_t>(size) : 0;
   }
 
   /// All the server says until it closes.

@@ -9,6 +9,7 @@
 #include <cstring>
 #include <map>
 #include <thread>
+#include <utility>
 
 #include "nadir/core/check.hpp"
 #include "raw_client.hpp"
@@ -344,6 +345,29 @@ TEST_F(WebServerTest, GivesASlowViewerTheNewestAndLeavesItComplete) {
   ASSERT_EQ(newest.size(), 20u);
   for (const auto& [key, last] : newest) EXPECT_GT(last, 80u);
   EXPECT_LT(received, 201u) << "superseded records are not sent";
+}
+
+TEST_F(WebServerTest, LetsAnAlertOvertakeWhatIsNotUnderWay) {
+  constexpr std::uint32_t kAlert = 500;
+  constexpr std::size_t kRecord = 1000;
+  RawClient slow(server.port(), 64 << 10);
+  slow.join();
+  for (std::uint32_t i = 1; i <= 200; ++i) {
+    server.feed()->publish(Lane::data, i, record(i, kRecord - wire::kHeaderSize));
+  }
+  std::uint64_t sent = 0;  // until it takes no more
+  EXPECT_TRUE(soon([&] {
+    std::this_thread::sleep_for(100ms);
+    const std::uint64_t before = std::exchange(sent, server.stats().sent);
+    return sent > 0 && sent == before;
+  }));
+  const std::size_t under_way = slow.unread();
+  server.feed()->publish(Lane::state, 1, record(kAlert));
+  std::size_t before_it = 0;
+  for (auto message = slow.next(); message && content(*message) != kAlert; message = slow.next()) {
+    before_it += message->bytes.size();
+  }
+  EXPECT_LT(before_it, under_way + 4 * kRecord) << "4 kB may wait in the kernel";
 }
 
 TEST(WebServer, TurnsAwayMoreViewersThanItServesAndRecovers) {

@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 import "./style.css";
 import { Api } from "./api";
+import { Arrival } from "./arrival";
 import { Link, type LinkState } from "./link";
 import { Alerts } from "./ui/alerts";
 import { Control } from "./ui/control";
@@ -28,11 +29,6 @@ import type { DiveRecord, State } from "./wire/records";
 let state: State | null = null;
 let linkState: LinkState = "connecting";
 let undecodable = 0;
-/** What there was when the link came up is not all drawn yet. */
-let isArriving = true;
-let arrival: ReturnType<typeof setTimeout> | undefined;
-/** A link that never carries all there is is no reason to draw coarsely for ever. */
-const LONGEST_ARRIVAL_MS = 10_000;
 /** Where the viewer was before the picture took the screen because tracking was lost. */
 let stageBeforeLoss: Stage | null = null;
 
@@ -64,17 +60,18 @@ const link = new Link(feedAddress(), {
   newFeed: forget,
   state: (now) => {
     linkState = now;
-    if (now === "live") beginArriving();
-    else if (now === "lost") endArriving();
+    if (now === "live") arrival.begin();
+    else if (now === "lost") arrival.end();
     showLink();
     if (now === "lost") void recorded?.explain();
   },
   caughtUp: (letGo) => {
     recorded?.setLetGo(letGo);
-    arrive();
+    seeArrival();
   },
 });
-if (view !== null) view.pace.isCatchingUp = () => isArriving;
+const arrival = new Arrival(() => view?.arrive());
+if (view !== null) view.pace.isCatchingUp = () => arrival.isUnderWay;
 wire();
 link.connect();
 
@@ -191,27 +188,13 @@ function receive(record: DiveRecord): void {
     default:
       break;
   }
-  view?.show(record).catch(() => ++undecodable).finally(arrive);
-  if (record.type === "pose") guide.setVehicle(view?.vehicle ?? record);
+  view?.show(record).catch(() => ++undecodable).finally(seeArrival);
+  if (record.type === "pose") guide.setVehicle(view?.cameras.newest ?? record);
 }
 
-function beginArriving(): void {
-  isArriving = true;
-  clearTimeout(arrival);
-  arrival = setTimeout(endArriving, LONGEST_ARRIVAL_MS);
+function seeArrival(): void {
+  if (link.isCurrent && unpacking() === 0) arrival.end();
 }
-
-function arrive(): void {
-  if (isArriving && link.isCurrent && unpacking() === 0) endArriving();
-}
-
-function endArriving(): void {
-  clearTimeout(arrival);
-  if (!isArriving) return;
-  isArriving = false;
-  view?.arrive();
-}
-
 
 function showState(record: State): void {
   state = record;
@@ -264,7 +247,7 @@ const automation = {
     return alerts.count;
   },
   /** Where an image was taken from; null when it has no camera. */
-  placeOf: (image: number) => view?.placeOf(image) ?? null,
+  placeOf: (image: number) => view?.cameras.poses.get(image)?.position ?? null,
   /** Whether an image's planar cloud is drawn. */
   hasPlane: (image: number) => view?.hasPlane(image) ?? false,
   /** Where a survey point is on the page; null behind the eye. */

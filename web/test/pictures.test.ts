@@ -1,12 +1,12 @@
 // SPDX-FileCopyrightText: nadir contributors
 // SPDX-License-Identifier: Apache-2.0
 // Pictures are unpacked beside the page: one that a newer has overtaken must not be shown.
-import type { BufferGeometry, Mesh, ShaderMaterial } from "three";
+import { Vector3, type BufferGeometry, type Mesh, type Points, type ShaderMaterial } from "three";
 import { beforeEach, describe, expect, it, vi } from "vitest";
 import { Mosaics } from "../src/view/mosaics";
 import { Origin } from "../src/view/origin";
 import { Planes } from "../src/view/planes";
-import type { Mosaic, MosaicOverview, MosaicTile } from "../src/wire/records";
+import type { Mosaic, MosaicOverview, MosaicTile, PlaneGrid } from "../src/wire/records";
 
 interface Job {
   picture: Uint8Array | Blob;
@@ -39,6 +39,27 @@ const GRID: Mosaic = {
   groundSamplingDistance: 0.01,
 };
 
+const GRID_OF_3: PlaneGrid = {
+  type: "plane_grid",
+  image: 3,
+  submap: 0,
+  columns: 150,
+  rows: 100,
+  surveyFromGrid: new Float64Array(12),
+  camera: [0, 0, 0],
+  maxRange: 1,
+};
+
+/** Cells to a texel of each plane that is drawn. */
+function quadsShown(planes: Planes): number[] {
+  return planes.object.children.flatMap((object) => {
+    const layer = (object as Mesh | Points).geometry.getAttribute("layer");
+    if ("isPoints" in object) return [];
+    const cells = uniformsOf(object)["cellsPerTexel"]?.value as number;
+    return [...layer.array].filter((at) => at >= 0).map(() => cells);
+  });
+}
+
 function tile(sequence: number): MosaicTile & { sequence: number } {
   return { type: "mosaic_tile", mosaic: 0, column: 0, row: 0, jpeg: new Uint8Array([sequence]), mask: null, sequence };
 }
@@ -61,16 +82,32 @@ function uniformsOf(object: unknown): ShaderMaterial["uniforms"] {
 }
 
 describe("Planes", () => {
+  beforeEach(() => { jobs.length = 0; });
+
   it("are there once both their halves are, whichever comes first", async () => {
     const planes = new Planes(new Origin());
     void planes.setColour({ type: "plane_colour", image: 3, jpeg: new Uint8Array([1]), sequence: 1 });
     expect(jobs.length).toBe(0);
-    const painted = planes.setGrid({
-      type: "plane_grid", image: 3, submap: 0, columns: 150, rows: 100, surveyFromGrid: new Float64Array(12), camera: [0, 0, 0], maxRange: 1,
-    });
+    const painted = planes.setGrid(GRID_OF_3);
     await finish();
     await painted;
     expect(planes.has(3)).toBe(true);
+  });
+
+  it("are coarse while much is told, and fine after that", async () => {
+    const planes = new Planes(new Origin());
+    planes.isCatchingUp = () => true;
+    void planes.setGrid(GRID_OF_3);
+    void planes.setColour({ type: "plane_colour", image: 3, jpeg: new Uint8Array([1]), sequence: 1 });
+    await finish();
+    expect(planes.has(3)).toBe(true);
+    expect(quadsShown(planes)).toEqual([4]);
+    planes.isCatchingUp = () => false;
+    const refined = planes.refine(new Vector3());
+    await finish();
+    expect(await refined).toBe(true);
+    expect(quadsShown(planes)).toEqual([1]);
+    expect(await planes.refine(new Vector3())).toBe(false);
   });
 });
 

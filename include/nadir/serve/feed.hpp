@@ -15,7 +15,7 @@ namespace nadir::serve {
 /// what a slow or late viewer has still to be sent.
 enum class Lane {
   state,      ///< alerts, state, counts: in order, before all else, let go of last
-  prompt,     ///< poses, planar clouds: newest first, at least half of the link
+  prompt,     ///< poses, planar clouds, overviews: newest first, at least half of the link
   data,       ///< tie points, tiles: newest first, shares with live; let go of first
   live,       ///< the current image: not part of what a viewer must have to be complete
   thin_live,  ///< the same, smaller, in its place for viewers whose link does not carry it

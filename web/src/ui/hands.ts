@@ -95,7 +95,7 @@ export class Hands {
     const length = Math.hypot(...([0, 1, 2] as const).map((k) => to.point[k] - from.point[k]));
     if (this.state === null || this.state.scale === "none" || this.state.sigma === 0) return { length, sigma: null };
     const [one, other] = [from.sights[0]?.image, to.sights[0]?.image];
-    const poses = one === undefined || other === undefined ? 0 : this.view.sigmaBetween(one, other) / Math.sqrt(3);
+    const poses = one === undefined || other === undefined ? 0 : this.view.cameras.sigmaBetween(one, other) / Math.sqrt(3);
     const finger = FINGER_PX * this.view.eye.unitsPerPixel;
     return { length, sigma: Math.hypot(length * this.state.sigma, poses, finger, finger) };
   }
@@ -107,8 +107,8 @@ export class Hands {
       say(this.text, S.hands.nothing);
       return;
     }
-    const pose = this.view.poseOf(best.image);
-    const pixel = this.view.pixelAt(best.distance);
+    const pose = this.view.cameras.poses.get(best.image);
+    const pixel = this.view.cameras.pixelAt(best.distance);
     const size = pixel === 0 ? "–" : sigmaText(pixel, this.unit);
     const what = S.hands.probeText(best.image, clock(pose?.time ?? 0), amount(best.distance, this.unit), size);
     say(this.text, `${what}, ${S.hands.seenBy(sights.length)}`);

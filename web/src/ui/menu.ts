@@ -91,7 +91,7 @@ export function handSheet(hands: Hands | null, marks: Marks, view: View | null, 
       hands.take(name);
     }, "wide");
   const here = button("pin", S.hands.markHere, () => {
-    const vehicle = view.vehicle;
+    const vehicle = view.cameras.newest;
     if (vehicle === null) return;
     marks.begin(view.below(vehicle), vehicle.image);
   }, "wide");

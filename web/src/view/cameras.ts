@@ -91,6 +91,22 @@ export class Cameras {
     return this.poses.size;
   }
 
+  /** One sigma of the way between where two images were taken, survey units: the uncertainties of the poses of key frames
+   *  between them add up, sub-maps apart. */
+  sigmaBetween(one: number, other: number): number {
+    const [from, to] = one < other ? [one, other] : [other, one];
+    let variance = 0;
+    for (const pose of this.poses.values()) {
+      if (pose.image > from && pose.image <= to && (pose.keyFrame || pose.image === to)) variance += pose.sigma ** 2;
+    }
+    return Math.sqrt(variance);
+  }
+
+  /** Survey units that a pixel of the mapped images covers at a distance; 0 while the camera is not known. */
+  pixelAt(distance: number): number {
+    return this.focalLength > 0 ? distance / this.focalLength : 0;
+  }
+
   setCamera(camera: CameraInfo): void {
     this.focalLength = (camera.fx + camera.fy) / 2;
     this.setShape(camera);

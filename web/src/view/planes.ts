@@ -17,7 +17,7 @@ const MAX_POINTS = 1_500_000;
 const MOST_FINE = 512;
 const COARSE = 4;
 /** Planes that become fine at a time. */
-const AT_ONCE = 16;
+const AT_ONCE = 64;
 
 interface Place {
   chunk: Chunk;
@@ -41,6 +41,8 @@ export class Planes {
   readonly object = new Group();
   /** Planes with geometry and colours. */
   count = 0;
+  /** Much is told at once: only what is coarse is unpacked of it. */
+  isCatchingUp: () => boolean = () => false;
   private planes = new Map<number, Plane>();
   private chunks: Chunk[] = [];
   private fine = new Set<Plane>();
@@ -84,13 +86,14 @@ export class Planes {
 
   /** Draws only every so many points in each direction. */
   setCoarseness(coarseness: number): void {
+    if (coarseness === this.coarseness) return;
     this.coarseness = coarseness;
     this.setStrides();
   }
 
   /** Draws those nearest to what is looked at cell by cell; resolves when something has changed. */
   async refine(target: Vector3): Promise<boolean> {
-    if (this.planes.size <= MOST_FINE) return false;
+    if (this.fine.size === this.count) return false;
     const distance = ({ grid }: Plane) => {
       if (grid === undefined) return Infinity;
       const [x, y, z] = this.origin.toScene(grid.camera);
@@ -129,18 +132,19 @@ export class Planes {
     return plane;
   }
 
-  /** Unpacks its colours for the first time, or anew; newcomers are fine while there is room. */
+  /** Unpacks its colours for the first time, or anew; newcomers are fine while there is room and time. */
   private async paint(plane: Plane): Promise<void> {
     const { grid, jpeg, isFresh } = plane;
     if (grid === undefined || jpeg === undefined || isFresh !== true) return;
     plane.isFresh = false;
-    const unpacked = await unpack(jpeg.bytes, null, [coarseSize(grid), fineSize(grid)]);
+    const mayBeFine = plane.fine !== undefined || (this.fine.size < MOST_FINE && !this.isCatchingUp());
+    const unpacked = await unpack(jpeg.bytes, null, mayBeFine ? [coarseSize(grid), fineSize(grid)] : [coarseSize(grid)]);
     if (plane.jpeg !== jpeg || !fits(unpacked, grid)) return;
     const isNew = plane.coarse === undefined;
     plane.coarse ??= this.newPlace(grid, COARSE);
     fill(plane.coarse, unpacked.pixels[0]);
-    if (plane.fine === undefined && this.fine.size < MOST_FINE) this.giveFine(plane, grid);
-    if (plane.fine !== undefined) fill(plane.fine, unpacked.pixels[1]);
+    if (mayBeFine && plane.fine === undefined && this.fine.size < MOST_FINE) this.giveFine(plane, grid);
+    if (mayBeFine && plane.fine !== undefined) fill(plane.fine, unpacked.pixels[1]);
     if (isNew) ++this.count;
     this.place(plane);
   }

@@ -1,9 +1,11 @@
 // SPDX-FileCopyrightText: nadir contributors
 // SPDX-License-Identifier: Apache-2.0
 // Bytes that are seldom asked for, where the browser may put them on its disk: many in one file, since to make a file
-// costs it more than to unpack a picture.
+// costs it more than to unpack a picture. The newest stay with the page: they are superseded soonest, and a page that is
+// told a whole dive at once has better to do.
 
 const FILE_BYTES = 8 << 20;
+const HELD_BYTES = 48 << 20;
 
 export type Bytes = Uint8Array<ArrayBuffer>;
 
@@ -20,6 +22,7 @@ export class Kept {
 }
 
 export class Store {
+  /** In no file yet, the oldest first. */
   private waiting = new Map<Kept, Bytes>();
   private size = 0;
 
@@ -28,7 +31,7 @@ export class Store {
     const kept = new Kept(own);
     this.waiting.set(kept, own);
     this.size += own.length;
-    if (this.size > FILE_BYTES) this.move();
+    if (this.size > HELD_BYTES) this.moveOldest();
     return kept;
   }
 
@@ -39,14 +42,21 @@ export class Store {
     this.waiting.delete(kept);
   }
 
-  private move(): void {
-    const file = new Blob([...this.waiting.values()]);
+  private moveOldest(): void {
+    const moved = new Map<Kept, Bytes>();
+    let size = 0;
+    for (const [kept, bytes] of this.waiting) {
+      if (size >= FILE_BYTES) break;
+      moved.set(kept, bytes);
+      size += bytes.length;
+    }
+    const file = new Blob([...moved.values()]);
     let from = 0;
-    for (const [kept, { length }] of this.waiting) {
+    for (const [kept, { length }] of moved) {
       kept.moveTo(file, from, from + length);
       from += length;
+      this.waiting.delete(kept);
     }
-    this.waiting = new Map();
-    this.size = 0;
+    this.size -= size;
   }
 }

@@ -4,6 +4,7 @@ import { Box3, Color, ColorManagement, LinearSRGBColorSpace, Raycaster, Scene, V
 import type { DiveRecord, Pose, Vec3 } from "../wire/records";
 import { Budget, QUALITIES, type Quality } from "./budget";
 import { Cameras, forward } from "./cameras";
+import { CoarsePicture } from "./coarse_picture";
 import { Coverage } from "./coverage";
 import { Eye, type Look, type Margins } from "./eye";
 import { Ground, type Ray, type Sight } from "./ground";
@@ -12,6 +13,7 @@ import { Origin } from "./origin";
 import { Pace } from "./pace";
 import { Planes, pointOf, type PlaneStyle } from "./planes";
 import { Strokes } from "./strokes";
+import { listenForTaps } from "./taps";
 import { TiePointCloud } from "./tie_points";
 
 // Pictures reach the screen as they are: nothing is converted on the way in or out.
@@ -51,9 +53,6 @@ const PORTRAIT: Margins = { left: 24, top: 24, right: 24, bottom: 220 };
 const REFINE_MS = 250;
 /** The eye goes no further after a pause than after this. */
 const LONGEST_STEP_S = 0.25;
-/** What a finger in a glove may move and still have tapped. */
-const TAP_PX = 24;
-const TAP_MS = 600;
 
 /** The dive in three dimensions. Draws only when something has changed. */
 export class View {
@@ -70,17 +69,18 @@ export class View {
   readonly eye: Eye;
   readonly pace: Pace;
   private readonly origin = new Origin();
+  readonly cameras = new Cameras(this.origin);
   private readonly mosaics = new Mosaics(this.origin);
   private readonly planes = new Planes(this.origin);
   private readonly tiePoints = new TiePointCloud(this.origin);
-  private readonly cameras = new Cameras(this.origin);
   private readonly coverage = new Coverage(this.origin);
   private readonly strokes = new Strokes(this.origin);
   private readonly ground = new Ground();
   private readonly budget = new Budget();
-  private quality: Quality | null = null;
+  private quality: Quality = QUALITIES[0];
   private readonly scene = new Scene();
   private readonly renderer: WebGLRenderer;
+  private readonly coarsePicture: CoarsePicture;
   /** Distance from the camera to the ground of late, metres. */
   private range = 0;
   /** Survey height of the ground of late. */
@@ -96,6 +96,8 @@ export class View {
     this.renderer = new WebGLRenderer({ canvas, antialias: true, powerPreference: "low-power" });
     this.renderer.debug.checkShaderErrors = import.meta.env.DEV;  // asking for them waits for the compiler
     this.renderer.outputColorSpace = LinearSRGBColorSpace;
+    this.coarsePicture = new CoarsePicture(this.renderer);
+    this.planes.isCatchingUp = () => this.pace.isCatchingUp();
     this.pace = new Pace(this.renderer.getContext() as WebGL2RenderingContext, (now, seconds) => this.render(now, seconds));
     this.scene.background = new Color(BACKGROUND);
     this.scene.add(
@@ -108,7 +110,9 @@ export class View {
       this.strokes.plan,
       this.strokes.tools,
     );
-    this.listenForTaps();
+    listenForTaps(canvas, (x, y) => {
+      this.onTap(x, y);
+    });
     this.applyLayersOf("scene");
     this.eye = new Eye(canvas);
     this.eye.onMoved = (how) => {
@@ -262,36 +266,12 @@ export class View {
     });
   }
 
-  /** Pose of the newest image that has one. */
-  get vehicle() {
-    return this.cameras.newest;
-  }
-
   /** The ground that a camera looks at. */
   below(pose: Pose): Vec3 {
     const direction = forward(pose);
     const sights = this.ground.sights({ from: pose.position, direction });
     const first = sights.sort((one, other) => one.along - other.along)[0];
     return first?.point ?? reach(pose.position, direction, this.range);
-  }
-
-  poseOf(image: number) {
-    return this.cameras.poses.get(image) ?? null;
-  }
-
-  /** Key frames between two images, sub-maps apart: their poses' uncertainties add up. */
-  sigmaBetween(one: number, other: number): number {
-    const [from, to] = one < other ? [one, other] : [other, one];
-    let variance = 0;
-    for (const pose of this.cameras.poses.values()) {
-      if (pose.image > from && pose.image <= to && (pose.keyFrame || pose.image === to)) variance += pose.sigma ** 2;
-    }
-    return Math.sqrt(variance);
-  }
-
-  /** Survey units that a pixel of the mapped images covers at a distance; 0 while the camera is not known. */
-  pixelAt(distance: number): number {
-    return this.cameras.focalLength > 0 ? distance / this.cameras.focalLength : 0;
   }
 
   /** Shows the whole of one mosaic from above. False: it has no tiles yet. */
@@ -304,11 +284,6 @@ export class View {
     this.eye.fit(box, 0);
     this.draw();
     return true;
-  }
-
-  /** Where an image was taken from, survey; null when it has no camera. */
-  placeOf(image: number): Vec3 | null {
-    return this.cameras.poses.get(image)?.position ?? null;
   }
 
   /** Canvas position, CSS px from its upper left corner, of a survey point; null behind the eye. */
@@ -339,7 +314,8 @@ export class View {
     this.eye.clip(this.bounds);
     const vehicle = this.cameras.vehicle;
     vehicle.scale.setScalar(this.cameras.newest === null ? 0 : VEHICLE_PX * this.eye.sizeOfPixel(vehicle.position));
-    this.renderer.render(this.scene, this.eye.camera);
+    if (this.quality.resolution < 1) this.coarsePicture.render(this.scene, this.eye.camera, this.quality.resolution);
+    else this.renderer.render(this.scene, this.eye.camera);
     this.onDrawn();
     this.refineSoon(now);
     return moving;
@@ -365,10 +341,7 @@ export class View {
   }
 
   private setQuality(quality: Quality): void {
-    if (quality === this.quality) return;
     this.quality = quality;
-    const ratio = Math.min(devicePixelRatio, 2) * quality.resolution;
-    if (ratio !== this.renderer.getPixelRatio()) this.renderer.setPixelRatio(ratio);  // makes the canvas anew
     this.planes.setCoarseness(quality.stride);
   }
 
@@ -390,20 +363,6 @@ export class View {
     return { from: [origin.x + at[0], origin.y + at[1], origin.z + at[2]], direction: [direction.x, direction.y, direction.z] };
   }
 
-  private listenForTaps(): void {
-    let down: PointerEvent | null = null;
-    this.canvas.addEventListener("pointerdown", (event) => {
-      down = event.isPrimary ? event : null;
-    });
-    this.canvas.addEventListener("pointerup", (event) => {
-      const moved = down === null ? Infinity : Math.hypot(event.clientX - down.clientX, event.clientY - down.clientY);
-      if (down === null || moved > TAP_PX || event.timeStamp - down.timeStamp > TAP_MS) return;
-      down = null;
-      const box = this.canvas.getBoundingClientRect();
-      this.onTap(event.clientX - box.left, event.clientY - box.top);
-    });
-  }
-
   private include(point: Vec3): void {
     this.bounds.expandByPoint(this.vector(point));
   }
@@ -423,6 +382,8 @@ export class View {
   private resize(): void {
     const { clientWidth: width, clientHeight: height } = this.canvas;
     if (width === 0 || height === 0) return;
+    const ratio = Math.min(devicePixelRatio, 2);
+    if (ratio !== this.renderer.getPixelRatio()) this.renderer.setPixelRatio(ratio);
     this.renderer.setSize(width, height, false);
     this.eye.resize(width, height, width > height ? LANDSCAPE : PORTRAIT);
     this.draw();

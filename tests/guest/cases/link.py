@@ -1,0 +1,60 @@
+# SPDX-FileCopyrightText: nadir contributors
+# SPDX-License-Identifier: Apache-2.0
+"""A viewer behind 1 Mbit/s, 5 % loss and 200 ms there and back: it sees a plane within two seconds, an alert within half of one."""
+import math
+
+from machine import Failed
+from viewer import ALERT, PLANE_COLOUR
+
+HERE, THERE = "10.213.7.1", "10.213.7.2"
+LINK = "netem delay 100ms loss 5% rate 1mbit"  # each way
+WATCHED_S = 10
+PLANE_S, ALERT_S = 2, 0.5
+
+
+def run(guest, nadir):
+    nadir.mapping()
+    guest.command("ip netns add far && ip link add near0 type veth peer name far0 netns far && "
+                  f"ip address add {HERE}/30 dev near0 && ip link set near0 up && "
+                  f"ip -n far address add {THERE}/30 dev far0 && ip -n far link set far0 up && "
+                  f"tc qdisc add dev near0 root {LINK} && ip netns exec far tc qdisc add dev far0 root {LINK}")
+    try:
+        near = watch(guest, "near", "127.0.0.1")
+        far = watch(guest, "far", HERE, "ip netns exec far ")
+        # Mapping costs the emulated processor most. The images stop, go on and stop: three alerts.
+        guest.command("stop() { systemctl kill -s STOP feed; }; sleep 3; stop; sleep 2; systemctl kill -s CONT feed; sleep 1; stop")
+        came = [told(guest, name) for name in (near, far)]
+        guest.command("systemctl kill -s CONT feed")
+    finally:
+        guest.command("ip link delete near0; ip netns delete far", check=False)
+    planes, alerts = (delays(*came, kind) for kind in (PLANE_COLOUR, ALERT))
+    words = f"{len(planes)} planes after {said(planes)}, {len(alerts)} alerts after {said(alerts)}"
+    if len(planes) < 5 or len(alerts) < 2:
+        raise Failed(f"too little to judge by: {words}")
+    if planes[-1] > PLANE_S or alerts[-1] > ALERT_S:
+        raise Failed(f"{words}; {PLANE_S} and {ALERT_S} s are allowed")
+    return words
+
+
+def watch(guest, name, address, where=""):
+    guest.command(f"systemd-run -q --unit={name} -p StandardOutput=file:/run/{name} {where}python3 /host/guest/viewer.py {address}:8765 {WATCHED_S}")
+    return name
+
+
+def told(guest, name):
+    """{(type, key): when it came}, in its first form."""
+    guest.command(f"while systemctl -q is-active {name}; do sleep 0.5; done", limit_s=WATCHED_S + 20)
+    came = {}
+    for kind, key, at in map(str.split, guest.command(f"cat /run/{name}; rm /run/{name}").out.splitlines()):
+        came.setdefault((int(kind), int(key)), float(at))
+    return came
+
+
+def delays(near, far, kind):
+    """How much later the far viewer was told what came to be while both were there and listened long enough; ascending."""
+    begin, end = min(far.values()), max(near.values()) - PLANE_S
+    return sorted(far.get(record, math.inf) - at for record, at in near.items() if record[0] == kind and begin < at < end)
+
+
+def said(delays):
+    return f"{', '.join(f'{delay:.2f}' for delay in delays)} s"

@@ -1,0 +1,82 @@
+# SPDX-FileCopyrightText: nadir contributors
+# SPDX-License-Identifier: Apache-2.0
+"""A client of nadir's page and feed. viewer.py ADDRESS:PORT SECONDS: prints "TYPE KEY SECONDS" of each record of the feed
+that is newer than its connection: the key is what follows its header, the time CLOCK_MONOTONIC's when it came."""
+import base64
+import hashlib
+import os
+import socket
+import struct
+import sys
+import time
+
+ACCEPT = b"258EAFA5-E914-47DA-95CA-C5AB0DC85B11"  # RFC 6455, 1.3
+BINARY, PING, PONG, LAST = 2, 9, 10, 0x80
+# Of nadir's records: include/nadir/wire.
+VERSION, HEADER = 2, 16
+HELLO, WELCOME, ALERT, PLANE_COLOUR, MOSAIC_TILE, CHECK = 1, 2, 4, 9, 11, 15
+
+
+class Client:
+    """A GET; address: the device's own, it answers to no other name. port: where it is reached, if elsewhere."""
+
+    def __init__(self, address, target, *fields, timeout, port=None):
+        host, own_port = address.split(":")
+        self.socket = socket.create_connection(("127.0.0.1", port) if port else (host, int(own_port)), timeout)
+        self.socket.sendall("\r\n".join((f"GET {target} HTTP/1.1", f"Host: {address}", *fields, "", "")).encode())
+        self.stream = self.socket.makefile("rb")
+        self.status = int(self.stream.readline().split()[1])
+        self.fields = {}
+        while line := self.stream.readline().strip():
+            name, value = line.split(b":", 1)
+            self.fields[name.lower()] = value.strip()
+
+
+class Viewer(Client):
+    """Has said hello to the feed."""
+
+    def __init__(self, address, **how):
+        key = base64.b64encode(os.urandom(16))
+        super().__init__(address, "/feed", f"Origin: http://{address}", "Upgrade: websocket", "Connection: Upgrade",
+                         f"Sec-WebSocket-Key: {key.decode()}", "Sec-WebSocket-Version: 13", **how)
+        proof = base64.b64encode(hashlib.sha1(key + ACCEPT).digest())
+        if self.status != 101 or self.fields.get(b"sec-websocket-accept") != proof:
+            raise OSError(f"no WebSocket: {self.status} {self.fields}")
+        self.send(BINARY, struct.pack("<BBHIQQQ", HELLO, VERSION, 0, 0, 0, 0, 0))
+
+    def send(self, kind, message):
+        """One masked frame; the mask is 0."""
+        self.socket.sendall(bytes([LAST | kind, 0x80 | len(message)]) + bytes(4) + message)
+
+    def record(self):
+        """The next record, of however many frames."""
+        record = b""
+        while True:
+            kind, length = self.stream.read(2)
+            if length == 126:
+                [length] = struct.unpack(">H", self.stream.read(2))
+            elif length == 127:
+                [length] = struct.unpack(">Q", self.stream.read(8))
+            body = self.stream.read(length)
+            if kind == LAST | PING:
+                self.send(PONG, body)
+                continue
+            record += body
+            if kind & LAST:
+                return record
+
+
+def main(address, seconds):
+    viewer = Viewer(address, timeout=10)
+    [old] = struct.unpack_from("<Q", viewer.record(), HEADER + 8)  # of the welcome: the newest there was
+    give_up = time.monotonic() + float(seconds)
+    while time.monotonic() < give_up:
+        record = viewer.record()
+        if len(record) >= HEADER + 8:
+            sequence, key = struct.unpack_from("<QQ", record, HEADER - 8)
+            if sequence > old:
+                print(record[0], key, f"{time.monotonic():.3f}")
+
+
+if __name__ == "__main__":
+    main(*sys.argv[1:])
