@@ -169,14 +169,9 @@ Answer Desk::photograph(std::string_view mark) const {
   const auto name = number ? live_.photograph(*number) : std::nullopt;
   if (!name) return unknown();
   const auto folder = Folder::at(name->parent_path());
-  const auto item = folder ? folder->item(name->filename()) : std::nullopt;
-  const auto file = item ? folder->file(name->filename()) : std::nullopt;
-  if (!file) return refused(404, "that image was not projected, or not yet");
-  return download(serve::Download{name->filename(), item->size, std::to_string(item->changed_ns),
-                                  [file = *file](std::uint64_t at, std::span<char> into) {
-                                    return file.read(at, into);
-                                  }},
-                  "image/png");
+  auto photo = folder ? download_of(*folder, name->filename()) : std::nullopt;
+  if (!photo) return refused(404, "that image was not projected, or not yet");
+  return download(*std::move(photo), "image/png");
 }
 
 std::optional<Answer> Desk::refusal_of(const Call& call) {

@@ -129,7 +129,9 @@ void add_products(const Folder& folder, const std::string& name, json& products)
   }
 }
 
-std::optional<serve::Download> opened(const Folder& folder, const std::string& name) {
+}  // namespace
+
+std::optional<serve::Download> download_of(const Folder& folder, const std::string& name) {
   const auto item = folder.item(name);
   const auto file = item ? folder.file(name) : std::nullopt;
   if (!file) return std::nullopt;
@@ -137,8 +139,6 @@ std::optional<serve::Download> opened(const Folder& folder, const std::string& n
       name, item->size, std::to_string(item->size) + '-' + std::to_string(item->changed_ns),
       [file = *file](std::uint64_t from, std::span<char> into) { return file.read(from, into); }};
 }
-
-}  // namespace
 
 Dives::Dives(const fs::path& folder, const LiveDive& live, record::Disk& disk)
     : folder_(fs::absolute(folder).lexically_normal()),
@@ -240,14 +240,14 @@ std::optional<serve::Download> Dives::file(const std::string& dive, const std::s
   const std::vector<std::string>& way = entry->second;
   std::optional<Folder> folder = found->folder;
   for (std::size_t i = 0; folder && i + 1 < way.size(); ++i) folder = folder->folder(way[i]);
-  return folder ? opened(*folder, way.back()) : std::nullopt;
+  return folder ? download_of(*folder, way.back()) : std::nullopt;
 }
 
 std::optional<serve::Download> Dives::projected(const std::string& dive, std::uint64_t image) {
   const auto found = find(dive);
   const fs::path way = record::projected_name({}, image);
   const auto folder = found ? found->folder.folder(way.parent_path()) : std::nullopt;
-  return folder ? opened(*folder, way.filename()) : std::nullopt;
+  return folder ? download_of(*folder, way.filename()) : std::nullopt;
 }
 
 std::optional<serve::Download> Dives::archive(const std::string& dive) {

@@ -20,6 +20,9 @@
 
 namespace nadir::app {
 
+/// None when the folder has no such file.
+std::optional<serve::Download> download_of(const Folder& folder, const std::string& name);
+
 /// One thread calls it. Ids are from tables made of the names that are there; none is ever a path.
 class Dives {
  public:
