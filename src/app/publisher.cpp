@@ -20,11 +20,11 @@ constexpr std::size_t kMostTiePoints = 1000;
 constexpr auto kLivePeriod = std::chrono::milliseconds(100);  // machine.md: image 10 Hz
 constexpr auto kSlowLivePeriod = std::chrono::milliseconds(500);
 constexpr auto kRatePeriod = std::chrono::seconds(10);
-constexpr int kGridQuality = 85;  // 150 x 100 cells: 5 to 8 kB, of at most 10 kB an image
-constexpr int kTileQuality = 85;  // within 8 grey levels of the mosaic file
-constexpr int kOverviewQuality = 80;
+constexpr int kGridQuality = 85;      // 150 x 100 cells: 5 to 8 kB, of at most 10 kB an image
+constexpr int kTileQuality = 85;      // within 8 grey levels of the mosaic file
+constexpr int kOverviewQuality = 80;  // to look at only
 
-// Overviews change with every image: more of them would keep tiles from thin links.
+// Overviews change with every image: more of them would keep planes from thin links.
 constexpr auto kOverviewPeriod = std::chrono::seconds(1);
 constexpr std::size_t kMostOverviews = 2;
 

@@ -14,7 +14,7 @@ class LinkLoad {
   using Clock = std::chrono::steady_clock;
   explicit LinkLoad(Clock::time_point now) : seen_(now) {}
 
-  /// A record was written from then to now.
+  /// A record was written from then to now, what waited for the link before it included.
   void wrote(Clock::time_point begun, Clock::time_point now) {
     observe(begun, 0);
     observe(now, 1);
@@ -26,7 +26,7 @@ class LinkLoad {
 
  private:
   static constexpr double kMemory = 1.5;               // s
-  static constexpr double kThin = 0.5, kAmple = 0.15;  // of the time
+  static constexpr double kThin = 0.85, kAmple = 0.4;  // of the time
 
   void observe(Clock::time_point now, double writing) {
     const double elapsed = std::chrono::duration<double>(now - seen_).count();

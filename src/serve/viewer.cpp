@@ -68,7 +68,7 @@ class Viewer::Conversation : public std::enable_shared_from_this<Viewer::Convers
     stream.socket().set_option(tcp::socket::send_buffer_size(feed_->shared.client_bytes), ignored);
     ::setsockopt(stream.socket().native_handle(), IPPROTO_TCP, TCP_NOTSENT_LOWAT, &kUnsentBytes,
                  sizeof kUnsentBytes);
-    // A link that loses packets is no slower for that. Where the kernel has no BBR, it is.
+    // A link that loses packets is hardly slower for that; where BBR is not loaded, it is.
     ::setsockopt(stream.socket().native_handle(), IPPROTO_TCP, TCP_CONGESTION, kCongestionControl,
                  sizeof kCongestionControl - 1);
     stream.rate_policy().limit(kInboundBytes);
@@ -126,6 +126,7 @@ class Viewer::Conversation : public std::enable_shared_from_this<Viewer::Convers
     while (!gone_) {
       const Clock::time_point begun = Clock::now();
       co_await room();  // what is chosen now cannot be overtaken any more
+      if (gone_) break;
       if (const SharedBytes record = backlog_->next(load_.is_thin())) {
         co_await send(*record);
         load_.wrote(begun, Clock::now());

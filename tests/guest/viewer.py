@@ -11,7 +11,7 @@ import sys
 import time
 
 ACCEPT = b"258EAFA5-E914-47DA-95CA-C5AB0DC85B11"  # RFC 6455, 1.3
-BINARY, PING, PONG, LAST = 2, 9, 10, 0x80
+BINARY, CLOSE, PING, PONG, LAST = 2, 8, 9, 10, 0x80
 # Of nadir's records: include/nadir/wire.
 VERSION, HEADER = 2, 16
 HELLO, WELCOME, ALERT, PLANE_COLOUR, MOSAIC_TILE, CHECK = 1, 2, 4, 9, 11, 15
@@ -58,6 +58,8 @@ class Viewer(Client):
             elif length == 127:
                 [length] = struct.unpack(">Q", self.stream.read(8))
             body = self.stream.read(length)
+            if kind == LAST | CLOSE:
+                raise OSError(f"closed: {body[2:].decode()}")
             if kind == LAST | PING:
                 self.send(PONG, body)
                 continue

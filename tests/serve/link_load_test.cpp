@@ -22,8 +22,10 @@ TEST(LinkLoad, TellsAThinLinkFromAnAmpleOne) {
   EXPECT_FALSE(load.is_thin());
   write(load, now, 5ms, 10s);
   EXPECT_FALSE(load.is_thin());
-  write(load, now, 95ms, 2s);
-  EXPECT_TRUE(load.is_thin()) << "within two seconds";
+  write(load, now, 50ms, 10s);
+  EXPECT_FALSE(load.is_thin()) << "it would carry twice as much";
+  write(load, now, 99ms, 3s);
+  EXPECT_TRUE(load.is_thin()) << "within three seconds";
   write(load, now, 5ms, 5s);
   EXPECT_FALSE(load.is_thin()) << "it has become better";
 }
@@ -31,17 +33,17 @@ TEST(LinkLoad, TellsAThinLinkFromAnAmpleOne) {
 TEST(LinkLoad, DoesNotWaver) {
   LinkLoad::Clock::time_point now{};
   LinkLoad load(now);
-  write(load, now, 30ms, 10s);
+  write(load, now, 60ms, 10s);
   EXPECT_FALSE(load.is_thin());
-  write(load, now, 90ms, 5s);
-  write(load, now, 30ms, 10s);
+  write(load, now, 99ms, 5s);
+  write(load, now, 60ms, 10s);
   EXPECT_TRUE(load.is_thin()) << "with a smaller image a thin link waits less";
 }
 
 TEST(LinkLoad, SeesOneLongWait) {
   LinkLoad::Clock::time_point now{};
   LinkLoad load(now);
-  load.wrote(now, now + 2s);
+  load.wrote(now, now + 3s);
   EXPECT_TRUE(load.is_thin());
 }
 

@@ -226,6 +226,10 @@ const automation = {
   get counts() {
     return view?.counts ?? { cameras: 0, tiePoints: 0, planes: 0, mosaicTiles: 0 };
   },
+  /** Planes that are drawn cell by cell. */
+  get finePlanes() {
+    return view?.finePlanes ?? 0;
+  },
   /** The newest state record, or null. */
   get state() {
     return state;

@@ -8,25 +8,37 @@ import { Origin } from "../src/view/origin";
 import { Planes } from "../src/view/planes";
 import type { Mosaic, MosaicOverview, MosaicTile, PlaneGrid } from "../src/wire/records";
 
+interface Size {
+  width: number;
+  height: number;
+}
+
 interface Job {
   picture: Uint8Array | Blob;
   finish(): void;
+  fail(): void;
 }
 
 const { jobs } = vi.hoisted(() => ({ jobs: [] as Job[] }));
 
 vi.mock("../src/view/images", () => ({
-  unpack: async (picture: Uint8Array | Blob, _mask: unknown, sizes: { width: number; height: number }[]) =>
-    new Promise((resolve) => {
+  unpack: async (picture: Uint8Array | Blob, _mask: unknown, sizes: Size[], bitmapSize: Size | "own" | null) =>
+    new Promise((resolve, reject) => {
       const file = picture instanceof Blob ? picture : new Blob([new Uint8Array(picture)]);
       const pixels = sizes.map(({ width, height }) => new Uint8ClampedArray(4 * width * height));
-      const bitmap = { file, width: 1, height: 1, close: () => undefined };
-      jobs.push({ picture, finish: () => { resolve({ width: 150, height: 100, pixels, bitmap }); } });
+      const { width, height } = typeof bitmapSize === "object" && bitmapSize !== null ? bitmapSize : { width: 256, height: 256 };
+      const bitmap = { file, width, height, close: () => undefined };
+      jobs.push({
+        picture,
+        finish: () => { resolve({ width: 150, height: 100, pixels, bitmap }); },
+        fail: () => { reject(new Error("broken")); },
+      });
     }),
 }));
 
 interface Picture {
   file: Blob;
+  width: number;
 }
 
 const GRID: Mosaic = {
@@ -109,6 +121,22 @@ describe("Planes", () => {
     expect(quadsShown(planes)).toEqual([1]);
     expect(await planes.refine(new Vector3())).toBe(false);
   });
+
+  it("become fine though another cannot, which is not tried for ever", async () => {
+    const planes = new Planes(new Origin());
+    planes.isCatchingUp = () => true;
+    for (const image of [3, 4]) {
+      void planes.setGrid({ ...GRID_OF_3, image });
+      void planes.setColour({ type: "plane_colour", image, jpeg: new Uint8Array([image]), sequence: image });
+    }
+    await finish();
+    const refined = planes.refine(new Vector3());
+    jobs.shift()?.fail();
+    await finish();
+    expect(await refined).toBe(true);
+    expect(planes.fineCount).toBe(1);
+    expect(await planes.refine(new Vector3())).toBe(false);
+  });
 });
 
 describe("Mosaics", () => {
@@ -152,6 +180,25 @@ describe("Mosaics", () => {
     const { colours } = uniformsOf(mosaics.object.children[0]?.children[0]);
     const { file } = (colours?.value as { image: Picture }).image;
     expect(new Uint8Array(await file.arrayBuffer())[0]).toBe(2);
+  });
+
+  it("keeps overviews small but for those that are large on the screen", async () => {
+    const mosaics = new Mosaics(new Origin());
+    mosaics.setMosaic(GRID);
+    const told = (sequence: number) => { void mosaics.setOverview({ ...tile(sequence), type: "mosaic_overview" }); };
+    const width = () => (uniformsOf(mosaics.object.children[0]?.children[0])["colours"]?.value as { image: Picture }).image.width;
+    told(1);
+    await finish();
+    expect(width()).toBe(64);
+    expect(await mosaics.refine(() => 70)).toBe(false);
+    const refined = mosaics.refine(() => 100);
+    await finish();
+    expect(await refined).toBe(true);
+    expect(width()).toBe(256);
+    told(2);
+    await finish();
+    expect(width()).toBe(256);
+    expect(await mosaics.refine(() => 100)).toBe(false);
   });
 
   it("leaves out of an overview the tiles that are shown in full, and no other", async () => {

@@ -11,13 +11,14 @@ export interface Size {
   height: number;
 }
 
-/** A JPEG or PNG, with a mask of its size or none; as RGBA of these sizes, null for its own, and as a whole or not. */
+/** A JPEG or PNG, with a mask of its size or none; as RGBA of these sizes, null for its own, and as a bitmap: of its own
+ *  size, of another, or none. */
 export interface Job {
   id: number;
   picture: Uint8Array<ArrayBuffer> | Blob;
   mask: Uint8Array<ArrayBuffer> | Blob | null;
   sizes: (Size | null)[];
-  whole: boolean;
+  bitmap: Size | "own" | null;
 }
 
 export interface Unpacked extends Size {
@@ -55,10 +56,10 @@ export async function unpack(
   picture: Uint8Array | Blob,
   mask: Uint8Array | Blob | null,
   sizes: (Size | null)[],
-  whole = false,
+  bitmap: Job["bitmap"] = null,
 ): Promise<Unpacked> {
   return new Promise((resolve, reject) => {
-    const job = { id: ++jobs, picture: own(picture), mask: mask === null ? null : own(mask), sizes, whole };
+    const job = { id: ++jobs, picture: own(picture), mask: mask === null ? null : own(mask), sizes, bitmap };
     pending.set(job.id, { resolve, reject });
     queue.push(job);
     handOut();

@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: nadir contributors
 // SPDX-License-Identifier: Apache-2.0
 // The 2D mosaics (2DSIM) on their planes: overviews of all of them, and in full those tiles that are large on the
-// screen, so that what a mosaic of any size takes on the graphics card is bounded but for some 5 kB a tile where
-// tiles are many. Tiles are unpacked for that only.
+// screen, so that what a mosaic of any size takes on the graphics card is bounded but for some 30 kB for eight by eight
+// tiles. Pictures are unpacked for that only.
 import {
   BufferGeometry,
   CustomBlending,
@@ -19,16 +19,24 @@ import {
 } from "three";
 import { OVERVIEW_TILES, TILE_SIZE, type Mosaic, type MosaicOverview, type MosaicTile, type Vec3 } from "../wire/records";
 import type { Ray } from "./ground";
-import { unpack } from "./images";
+import { unpack, type Size } from "./images";
 import type { Origin } from "./origin";
 import { Overview } from "./overviews";
 import { Store, type Kept } from "./store";
 
-/** Tiles shown in full at a time, and how many are decoded for it at once. */
+/** Tiles shown in full at a time, overviews with all their pixels, and how many are decoded for it at once. */
 const MOST_FULL = 160;
+const MOST_FINE = 160;
 const AT_ONCE = 40;
+/** Side of the other overviews, px. */
+const SMALL = 64;
 /** A tile this wide on the screen shows more in full, px. */
 const LARGE_PX = (1.2 * TILE_SIZE) / OVERVIEW_TILES;
+/** An overview this wide on the screen shows more with all its pixels. */
+const FINE_PX = 1.2 * SMALL;
+
+/** px of a length at a scene point, 0 when it is out of sight. */
+type SizeOf = (at: Vector3, length: number) => number;
 
 interface Place {
   mosaic: number;
@@ -90,23 +98,26 @@ export class Mosaics {
   /** Rejects when a picture cannot be decoded. */
   async setOverview(record: MosaicOverview & { sequence: number }): Promise<void> {
     const overview = this.overview(record);
-    if (overview.wanted > record.sequence) return;
-    overview.wanted = record.sequence;
-    const { bitmap } = await unpack(record.jpeg, record.mask, [], true);
-    if (bitmap === null) return;
-    if (overview.wanted === record.sequence) {
-      overview.paint(textureOf(bitmap));
-      this.placeOverview(overview);
-    } else bitmap.close();
+    if (overview.sequence > record.sequence) return;
+    overview.sequence = record.sequence;
+    this.store.drop(overview.jpeg);
+    this.store.drop(overview.mask);
+    overview.jpeg = this.store.keep(record.jpeg);
+    overview.mask = record.mask === null ? null : this.store.keep(record.mask);
+    await this.paint(overview, overview.isFine);
   }
 
-  /** Shows in full what is large on the screen; resolves when something has changed. sizeOf: px of a length at a scene
-   *  point, 0 when it is out of sight. */
-  async refine(sizeOf: (at: Vector3, length: number) => number): Promise<boolean> {
+  /** Shows in full what is large on the screen; resolves when something has changed. */
+  async refine(sizeOf: SizeOf): Promise<boolean> {
+    const changed = await Promise.all([this.refineTiles(sizeOf), this.refineOverviews(sizeOf)]);
+    return changed.includes(true);
+  }
+
+  private async refineTiles(sizeOf: SizeOf): Promise<boolean> {
     const sized = [...this.tiles.values()].flatMap((tile) => {
       const grid = this.grids.get(tile.mosaic);
       if (grid === undefined || tile.jpeg === null) return [];
-      const size = sizeOf(this.centreOf(grid, tile), TILE_SIZE * grid.groundSamplingDistance);
+      const size = sizeOf(this.centreOf(grid, tile, 1), TILE_SIZE * grid.groundSamplingDistance);
       return size > LARGE_PX ? [{ tile, size }] : [];
     });
     sized.sort((one, other) => other.size - one.size);
@@ -116,6 +127,25 @@ export class Mosaics {
     const tooMany = this.full.children.length + missing.length - MOST_FULL;
     for (const tile of spare.slice(0, Math.max(0, tooMany))) this.reduce(tile);
     await Promise.all(missing.map((tile) => this.enlarge(tile)));
+    return missing.length > 0;
+  }
+
+  private async refineOverviews(sizeOf: SizeOf): Promise<boolean> {
+    const sized = [...this.overviews.values()].flatMap((overview) => {
+      const grid = this.grids.get(overview.mosaic);
+      if (grid === undefined || overview.jpeg === null) return [];
+      const size = sizeOf(this.centreOf(grid, overview, OVERVIEW_TILES), OVERVIEW_TILES * TILE_SIZE * grid.groundSamplingDistance);
+      return size > FINE_PX ? [{ overview, size }] : [];
+    });
+    sized.sort((one, other) => other.size - one.size);
+    const wanted = new Set(sized.slice(0, MOST_FINE).map(({ overview }) => overview));
+    const canBePainted = ({ busy, broken, jpeg }: Overview) => !busy && broken !== jpeg;
+    const missing = [...wanted].filter((overview) => !overview.isFine && canBePainted(overview)).slice(0, AT_ONCE);
+    const fine = [...this.overviews.values()].filter(({ isFine }) => isFine);
+    const spare = fine.filter((overview) => !wanted.has(overview) && canBePainted(overview));
+    const tooMany = spare.slice(0, Math.max(0, fine.length + missing.length - MOST_FINE));
+    const paint = async (overview: Overview, isFine: boolean) => this.paint(overview, isFine).catch(() => (overview.broken = overview.jpeg));
+    await Promise.all([...missing.map((overview) => paint(overview, true)), ...tooMany.map((overview) => paint(overview, false))]);
     return missing.length > 0;
   }
 
@@ -150,7 +180,7 @@ export class Mosaics {
       if (tile.mesh !== null) dispose(tile.mesh);
     }
     for (const overview of this.overviews.values()) {
-      overview.wanted = Infinity;
+      overview.jpeg = null;
       overview.dispose();
     }
     this.full.clear();
@@ -184,6 +214,17 @@ export class Mosaics {
     return overview;
   }
 
+  /** Rejects when it cannot be unpacked. */
+  private async paint(overview: Overview, isFine: boolean): Promise<void> {
+    const { jpeg } = overview;
+    overview.busy = true;
+    const picture = await bitmapOf(overview, isFine ? "own" : { width: SMALL, height: SMALL }).finally(() => (overview.busy = false));
+    if (overview.jpeg === jpeg && this.overviews.get(keyOf(overview)) === overview) {
+      overview.paint(textureOf(picture), isFine);
+      this.placeOverview(overview);
+    } else picture.close();
+  }
+
   private overviewOf({ mosaic, column, row }: Tile): Overview {
     return this.overview({ mosaic, column: Math.floor(column / OVERVIEW_TILES), row: Math.floor(row / OVERVIEW_TILES) });
   }
@@ -191,7 +232,7 @@ export class Mosaics {
   /** The picture of a tile that is shown in full. */
   private async renew(tile: Tile): Promise<void> {
     const { jpeg } = tile;
-    const picture = await whole(tile);
+    const picture = await bitmapOf(tile, "own");
     if (tile.jpeg === jpeg && tile.mesh !== null) dress(tile.mesh, picture);
     else picture.close();
   }
@@ -199,7 +240,7 @@ export class Mosaics {
   private async enlarge(tile: Tile): Promise<void> {
     const { jpeg } = tile;
     tile.busy = true;
-    const picture = await whole(tile).catch(() => null);
+    const picture = await bitmapOf(tile, "own").catch(() => null);
     tile.busy = false;
     if (picture === null) {
       tile.broken = jpeg;
@@ -234,8 +275,8 @@ export class Mosaics {
     overview.place(tileCorners(grid, overview.column, overview.row, OVERVIEW_TILES).map((corner) => this.origin.toScene(corner)));
   }
 
-  private centreOf(grid: Mosaic, { column, row }: Tile): Vector3 {
-    const corners = tileCorners(grid, column, row).map((corner) => this.origin.toScene(corner));
+  private centreOf(grid: Mosaic, { column, row }: Place, side: number): Vector3 {
+    const corners = tileCorners(grid, column, row, side).map((corner) => this.origin.toScene(corner));
     return corners.reduce((sum, corner) => sum.add(new Vector3(...corner)), new Vector3()).divideScalar(4);
   }
 }
@@ -311,8 +352,8 @@ function textureOf(picture: ImageBitmap): Texture {
 }
 
 /** Its colours, transparent where nothing was seen. */
-async function whole({ jpeg, mask }: Tile): Promise<ImageBitmap> {
-  const { bitmap } = jpeg === null ? { bitmap: null } : await unpack(jpeg.bytes, mask?.bytes ?? null, [], true);
-  if (bitmap === null) throw new Error("a tile without colours");
+async function bitmapOf({ jpeg, mask }: Pick<Tile, "jpeg" | "mask">, size: Size | "own"): Promise<ImageBitmap> {
+  const { bitmap } = jpeg === null ? { bitmap: null } : await unpack(jpeg.bytes, mask?.bytes ?? null, [], size);
+  if (bitmap === null) throw new Error("a picture without colours");
   return bitmap;
 }

@@ -1,8 +1,9 @@
 // SPDX-FileCopyrightText: nadir contributors
 // SPDX-License-Identifier: Apache-2.0
-// The mosaics from afar: pictures of eight by eight tiles, with holes where a tile is shown in full.
+// The mosaics from afar: pictures of eight by eight tiles, with holes where a tile is shown in full. Most are kept small.
 import { BufferGeometry, DoubleSide, Float32BufferAttribute, Mesh, ShaderMaterial, type Texture } from "three";
 import { OVERVIEW_TILES } from "../wire/records";
+import type { Kept } from "./store";
 
 const VERTEX = `
   varying vec2 at;
@@ -23,8 +24,15 @@ const FRAGMENT = `
 
 export class Overview {
   readonly mesh: Mesh<BufferGeometry, ShaderMaterial>;
-  /** Sequence of the newest colours asked for. */
-  wanted = -1;
+  jpeg: Kept | null = null;
+  mask: Kept | null = null;
+  /** Of the colours. */
+  sequence = -1;
+  /** It shows all the pixels it has. */
+  isFine = false;
+  /** Its pixels are being unpacked, or could not be. */
+  busy = false;
+  broken: Kept | null = null;
   private readonly holes = new Uint32Array(2);
 
   constructor(
@@ -50,7 +58,8 @@ export class Overview {
     this.show();
   }
 
-  paint(colours: Texture): void {
+  paint(colours: Texture, isFine: boolean): void {
+    this.isFine = isFine;
     const { uniforms } = this.mesh.material;
     (uniforms["colours"]?.value as Texture | null)?.dispose();
     uniforms["colours"] = { value: colours };

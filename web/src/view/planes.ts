@@ -33,8 +33,9 @@ interface Plane {
   sequence: number;
   coarse?: Place;
   fine?: Place | undefined;
-  /** Its fine picture is being made. */
+  /** Its fine picture is being made, or could not be. */
   busy?: boolean;
+  broken?: Kept;
 }
 
 export class Planes {
@@ -51,6 +52,11 @@ export class Planes {
   private coarseness = 1;
 
   constructor(private readonly origin: Origin) {}
+
+  /** Those of them that are drawn cell by cell. */
+  get fineCount(): number {
+    return this.fine.size;
+  }
 
   /** It has geometry and colours. */
   has(image: number): boolean {
@@ -101,9 +107,12 @@ export class Planes {
     };
     const nearest = [...this.planes.values()].map((plane) => ({ plane, at: distance(plane) })).sort((one, other) => one.at - other.at);
     const wanted = new Set(nearest.slice(0, MOST_FINE).map(({ plane }) => plane));
-    const missing = [...wanted].filter((plane) => plane.fine === undefined && plane.coarse !== undefined && plane.busy !== true).slice(0, AT_ONCE);
+    const isMissing = ({ fine, coarse, busy, jpeg, broken }: Plane) =>
+      fine === undefined && coarse !== undefined && busy !== true && (broken === undefined || broken !== jpeg);
+    const coming = nearest.filter(({ plane }) => plane.busy === true).length;
+    const missing = [...wanted].filter(isMissing).slice(0, Math.max(0, AT_ONCE - coming));
     const spare = [...this.fine].filter((plane) => !wanted.has(plane));
-    for (const plane of spare.slice(0, Math.max(0, this.fine.size + missing.length - MOST_FINE))) this.coarsen(plane);
+    for (const plane of spare.slice(0, Math.max(0, this.fine.size + coming + missing.length - MOST_FINE))) this.coarsen(plane);
     await Promise.all(missing.map((plane) => this.makeFine(plane)));
     return missing.length > 0;
   }
@@ -153,8 +162,11 @@ export class Planes {
     const { grid, jpeg } = plane;
     if (grid === undefined || jpeg === undefined) return;
     plane.busy = true;
-    const unpacked = await unpack(jpeg.bytes, null, [fineSize(grid)]).finally(() => (plane.busy = false));
-    if (plane.jpeg === jpeg && plane.fine === undefined) {
+    const unpacked = await unpack(jpeg.bytes, null, [fineSize(grid)]).catch(() => null);
+    plane.busy = false;
+    if (unpacked === null) {
+      plane.broken = jpeg;
+    } else if (plane.jpeg === jpeg && plane.fine === undefined) {
       fill(this.giveFine(plane, grid), unpacked.pixels[0]);
       this.place(plane);
     }

@@ -1,11 +1,11 @@
 // SPDX-FileCopyrightText: nadir contributors
 // SPDX-License-Identifier: Apache-2.0
 // Bytes that are seldom asked for, where the browser may put them on its disk: many in one file, since to make a file
-// costs it more than to unpack a picture. The newest stay with the page: they are superseded soonest, and a page that is
-// told a whole dive at once has better to do.
+// costs it more than to unpack a picture. The newest stay with the page: tiles are superseded soon, and a page that is told
+// a whole dive at once has better to do.
 
 const FILE_BYTES = 8 << 20;
-const HELD_BYTES = 48 << 20;
+const HELD_BYTES = 32 << 20;
 
 export type Bytes = Uint8Array<ArrayBuffer>;
 

@@ -13,7 +13,7 @@ addEventListener("message", (event: MessageEvent<Job>) => {
   void unpack(event.data);
 });
 
-async function unpack({ id, picture, mask, sizes, whole }: Job): Promise<void> {
+async function unpack({ id, picture, mask, sizes, bitmap: bitmapSize }: Job): Promise<void> {
   try {
     const colour = await createImageBitmap(fileOf(picture), OPTIONS);
     const seen = mask === null ? null : await createImageBitmap(fileOf(mask), OPTIONS);
@@ -22,7 +22,7 @@ async function unpack({ id, picture, mask, sizes, whole }: Job): Promise<void> {
     }
     const { width, height } = colour;
     const pixels = sizes.map((size) => pixelsOf(colour, seen, size ?? colour).data);
-    const bitmap = whole ? await createImageBitmap(pixelsOf(colour, seen, colour), { ...OPTIONS, premultiplyAlpha: "premultiply" }) : null;
+    const bitmap = bitmapSize === null ? null : await bitmapOf(pixelsOf(colour, seen, bitmapSize === "own" ? colour : bitmapSize));
     colour.close();
     seen?.close();
     const outcome: Outcome = { id, width, height, pixels, bitmap };
@@ -30,6 +30,10 @@ async function unpack({ id, picture, mask, sizes, whole }: Job): Promise<void> {
   } catch (fault) {
     postMessage({ id, fault: String(fault) } satisfies Outcome);
   }
+}
+
+async function bitmapOf(pixels: ImageData): Promise<ImageBitmap> {
+  return createImageBitmap(pixels, { ...OPTIONS, premultiplyAlpha: "premultiply" });
 }
 
 function fileOf(picture: Uint8Array<ArrayBuffer> | Blob): Blob {

@@ -136,6 +136,11 @@ export class View {
     };
   }
 
+  /** Planes that are drawn cell by cell. */
+  get finePlanes(): number {
+    return this.planes.fineCount;
+  }
+
   hasPlane(image: number): boolean {
     return this.planes.has(image);
   }
