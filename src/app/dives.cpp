@@ -72,8 +72,14 @@ json summary_of(const Folder& folder) {
   return json::parse(text, nullptr, false);
 }
 
-json at(const json& object, const json::json_pointer& pointer) {
-  return object.is_object() && object.contains(pointer) ? object.at(pointer) : json();
+/// A count or an area; null for whatever else a damaged file says.
+json amount_at(const json& object, const json::json_pointer& pointer) {
+  constexpr double kMost = 1e15;
+  if (!object.is_object() || !object.contains(pointer)) return json();
+  const json& value = object.at(pointer);
+  if (!value.is_number()) return json();
+  const auto amount = value.get<double>();
+  return amount >= 0 && amount <= kMost ? value : json();
 }
 
 bool are_digits(std::string_view text) {
@@ -157,8 +163,8 @@ json Dives::entry_of(const std::string& name, const Folder& folder) {
   json entry{{"id", opaque_id(name)},
              {"name", name},
              {"begun", begun_of(name)},
-             {"images", at(summary, json::json_pointer("/counts/captured"))},
-             {"area_m2", at(summary, json::json_pointer("/area_m2"))},
+             {"images", amount_at(summary, json::json_pointer("/counts/captured"))},
+             {"area_m2", amount_at(summary, json::json_pointer("/area_m2"))},
              {"bytes", bytes_of(members_of(folder))},
              {"complete", summary_item.has_value()},
              {"recording", false}};

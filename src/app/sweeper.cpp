@@ -7,11 +7,26 @@
 #include <unistd.h>
 
 #include <utility>
-#include <vector>
+
+#include "nadir/core/entries.hpp"
 
 namespace nadir::app {
 
 namespace fs = std::filesystem;
+
+namespace {
+
+/// File by file, so that the end of the program need not wait for thousands. What cannot be removed
+/// stays, and so do the folders it is in.
+void remove(const fs::path& path, const std::stop_token& stop) {
+  std::error_code fault;
+  if (fs::symlink_status(path, fault).type() == fs::file_type::directory) {
+    for (const fs::path& entry : entries_of(path)) remove(entry, stop);
+  }
+  if (!stop.stop_requested()) fs::remove(path, fault);
+}
+
+}  // namespace
 
 Sweeper::Sweeper(fs::path folder, std::string prefix)
     : folder_(std::move(folder)), prefix_(std::move(prefix)) {
@@ -41,19 +56,9 @@ void Sweeper::work(const std::stop_token& stop) {
   }
 }
 
-// File by file, so that the end of the program need not wait for thousands.
 void Sweeper::remove_all(const std::stop_token& stop) const {
-  std::error_code error;
-  std::vector<fs::path> left;
-  for (const auto& entry : fs::directory_iterator(folder_, error)) {
-    if (entry.path().filename().string().starts_with(prefix_)) left.push_back(entry.path());
-  }
-  for (const fs::path& folder : left) {
-    for (const auto& entry : fs::recursive_directory_iterator(folder, error)) {
-      if (stop.stop_requested()) return;
-      if (entry.is_symlink(error) || !entry.is_directory(error)) fs::remove(entry.path(), error);
-    }
-    fs::remove_all(folder, error);
+  for (const fs::path& path : entries_of(folder_)) {
+    if (path.filename().string().starts_with(prefix_)) remove(path, stop);
   }
 }
 

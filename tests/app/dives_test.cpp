@@ -6,6 +6,7 @@
 #include <gtest/gtest.h>
 
 #include <sys/stat.h>
+#include <unistd.h>
 #include <chrono>
 #include <thread>
 
@@ -247,6 +248,38 @@ TEST_F(TheDives, WhoseRemovalWasCutOffAreNoDives) {
   EXPECT_FALSE(fs::exists(scratch / "dives/.removed-dive-0002"));
 }
 
+TEST_F(TheDives, WhoseRemovalIsNotAllowedStayInPart) {
+  const fs::path first = scratch / "dives/.removed-first",
+                 second = scratch / "dives/.removed-second";
+  for (const fs::path& removed : {first, second}) {
+    fs::create_directories(removed / "locked");
+    write_text(removed / "file", "x");
+    write_text(removed / "locked/file", "x");
+    fs::permissions(removed, fs::perms::all);
+    fs::permissions(removed / "locked", fs::perms::none);
+  }
+  for (const fs::path& above : {fs::path(scratch / "."), scratch / "dives"}) {
+    fs::permissions(above, fs::perms::all);
+  }
+  constexpr uid_t kNobody = 65534;
+  const uid_t before = ::geteuid();  // no permission holds root back
+  if (before == 0) {
+    ASSERT_EQ(::seteuid(kNobody), 0);
+  }
+  dives.list();
+  const auto end = std::chrono::steady_clock::now() + std::chrono::seconds(5);
+  while ((fs::exists(first / "file") || fs::exists(second / "file")) &&
+         std::chrono::steady_clock::now() < end) {
+    std::this_thread::sleep_for(std::chrono::milliseconds(5));
+  }
+  ASSERT_EQ(::seteuid(before), 0);
+  for (const fs::path& removed : {first, second}) {
+    EXPECT_FALSE(fs::exists(removed / "file"));
+    EXPECT_TRUE(fs::exists(removed / "locked"));
+    fs::permissions(removed / "locked", fs::perms::all);
+  }
+}
+
 TEST_F(TheDives, StayWholeOnADiskThatDoesNotLetThemGo) {
   record::FailingDisk broken;
   broken.verdict = [](record::FailingDisk::Call call) {
@@ -269,6 +302,22 @@ TEST_F(TheDives, SurviveADamagedSummary) {
   const json list = dives.list();
   EXPECT_TRUE(list[0]["images"].is_null());
   EXPECT_TRUE(list[3]["images"].is_null());
+}
+
+TEST_F(TheDives, TakeNothingButAmountsFromASummary) {
+  const std::string deep(300'000, '[');
+  const auto images_of = [&](const std::string& captured) {
+    write_text(scratch / "dives/holiday/dive.json",
+               R"({"counts": {"captured": )" + captured + "}}");
+    Dives anew(scratch / "dives", live, disk);
+    return anew.list().back()["images"];
+  };
+  EXPECT_EQ(images_of("12"), 12);
+  for (const std::string& nonsense :
+       {deep + std::string(deep.size(), ']'), std::string("\"12\""), std::string("-1"),
+        std::string("1e300"), std::string("{}"), std::string("null")}) {
+    EXPECT_TRUE(images_of(nonsense).is_null()) << nonsense.substr(0, 20);
+  }
 }
 
 }  // namespace

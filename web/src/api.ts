@@ -32,6 +32,10 @@ export interface Product {
 export type Answer<T> = { ok: true; value: T } | { ok: false; status: number; reason: string };
 
 const RENEW_MS = 20_000;
+/** A device that says nothing for so long does not answer. */
+const SILENCE_MS = 15_000;
+/** As the device makes them: include/nadir/serve/README.md. */
+const TOKEN = /^[\w-]{43}$/;
 const OWN_SCREEN = /^(localhost|127\.\d+\.\d+\.\d+|\[::1\])$/;
 
 export class Api {
@@ -44,13 +48,8 @@ export class Api {
   constructor() {
     // The code that was scanned carries the token behind the #, which a browser never sends.
     const given = new URLSearchParams(location.hash.slice(1)).get("token");
-    if (given !== null) {
-      this.token = given;
-      remember("token", given);
-      history.replaceState(null, "", location.pathname + location.search);
-    } else if (OWN_SCREEN.test(location.hostname)) {
-      void this.learnToken();
-    }
+    if (given !== null) history.replaceState(null, "", location.pathname + location.search);
+    if (given !== null && TOKEN.test(given)) void this.tryToken(given);
   }
 
   get hasToken(): boolean {
@@ -130,11 +129,22 @@ export class Api {
     return answer.ok ? answer.value.url : null;
   }
 
-  /** Whoever stands before the device's own screen may control it. */
-  private async learnToken(): Promise<void> {
+  /** The link is up, perhaps to a device that has begun anew: whoever stands before its own screen may control it. */
+  async greet(): Promise<void> {
+    if (!OWN_SCREEN.test(location.hostname)) return;
     const answer = await this.ask<{ token: string }>("GET", "token");
     if (!answer.ok) return;
     this.token = answer.value.token;
+    this.onControl();
+  }
+
+  /** In place of one that the device knows only if it knows this one: any link may carry one. */
+  private async tryToken(given: string): Promise<void> {
+    const before = this.token;
+    this.token = given;
+    const answer = before === null || before === given ? null : await this.ask("POST", "control/renew");
+    if (answer !== null && !answer.ok && answer.status === 401) this.token = before;
+    else remember("token", given);
     this.onControl();
   }
 
@@ -158,6 +168,7 @@ export class Api {
         method,
         headers,
         cache: "no-store",
+        signal: AbortSignal.timeout(SILENCE_MS),
         ...(body === undefined ? {} : { body: JSON.stringify(body) }),
       });
       const text = await response.text();

@@ -60,8 +60,10 @@ const link = new Link(feedAddress(), {
   newFeed: forget,
   state: (now) => {
     linkState = now;
-    if (now === "live") arrival.begin();
-    else if (now === "lost") arrival.end();
+    if (now === "live") {
+      arrival.begin();
+      void api.greet();
+    } else if (now === "lost") arrival.end();
     showLink();
     if (now === "lost") void recorded?.explain();
   },

@@ -8,7 +8,7 @@ from viewer import ALERT, PLANE_COLOUR
 
 HERE, THERE = "10.213.7.1", "10.213.7.2"
 LINK = "netem delay 100ms loss 5% rate 1mbit"  # each way
-WATCHED_S = 10
+WATCHED_S = 11
 PLANE_S, ALERT_S = 2, 0.5
 
 
@@ -22,21 +22,23 @@ def run(guest, nadir):
         near = watch(guest, "near", "127.0.0.1")
         far = watch(guest, "far", HERE, "ip netns exec far ")
         # Mapping costs the emulated processor most. The images stop, go on and stop: alerts.
-        guest.command("stop() { systemctl kill -s STOP feed; }; sleep 3; stop; sleep 2; systemctl kill -s CONT feed; sleep 1; stop")
+        guest.command("stop() { systemctl kill -s STOP feed; }; sleep 4; stop; sleep 2; systemctl kill -s CONT feed; sleep 1; stop")
         control = guest.command(f"ss -tinH dst {THERE}").out.split()
         came = [told(guest, name) for name in (near, far)]
     finally:
         nadir.stop_feed()
         guest.command("ip link delete near0; ip netns delete far", check=False)
+        # Longer than the others' dives, its files would keep the emulated processor busy for minutes.
+        guest.command("systemctl kill -s KILL nadir.service; systemctl stop nadir.service; rm -rf /var/lib/nadir/dives/dive-*", check=False, limit_s=90)
     planes, alerts = (delays(*came, kind) for kind in (PLANE_COLOUR, ALERT))
     words = f"{len(planes)} planes after {said(planes)}, {len(alerts)} alerts after {said(alerts)}"
     if "bbr" not in control:
         raise Failed(f"not by BBR: {' '.join(control)}; {words}")
-    if len(planes) < 5 or len(alerts) < 10:
+    if len(planes) < 3 or len(alerts) < 10:
         raise Failed(f"too little to judge by: {words}")
-    # A packet may be lost again and again: one alert in ten may be late.
-    if planes[-1] > PLANE_S or alerts[len(alerts) * 9 // 10 - 1] > ALERT_S:
-        raise Failed(f"{words}; {PLANE_S} and {ALERT_S} s are allowed")
+    # All that comes at once shares the fate of a packet that is lost twice.
+    if max(planes[-1], alerts[-1]) > PLANE_S or alerts[len(alerts) // 2] > ALERT_S:
+        raise Failed(f"{words}; {PLANE_S} s are allowed, {ALERT_S} for most alerts")
     return words
 
 

@@ -56,7 +56,7 @@ export class Control {
 
   private actions(): HTMLElement[] {
     if (!this.api.hasToken) return [el("p", "none", S.control.noToken)];
-    if (!this.api.controls) return [this.nameField(), button("hand", S.control.take, () => void this.take(false), "wide")];
+    if (!this.api.controls) return [this.nameField(), button("hand", S.control.take, async () => this.take(false), "wide")];
     const list: HTMLElement[] = [];
     const { recording } = this;
     if (recording?.controllable) {
@@ -70,15 +70,16 @@ export class Control {
     } else {
       list.push(el("p", "none", recordedDive === null ? S.control.replay : S.recorded.control));
     }
-    list.push(button("back", S.control.release, () => void this.api.releaseControl(), "wide"));
+    list.push(button("back", S.control.release, async () => this.api.releaseControl(), "wide"));
     return list;
   }
 
   /** sure: the question that is asked first. */
   private action(name: Icon, label: string, command: Command, sure: string | null): HTMLElement {
+    const send = async () => this.send(command);
+    if (sure === null) return button(name, label, send, "wide");
     return button(name, label, () => {
-      if (sure === null) void this.send(command);
-      else this.rail.push(label, () => el("div", "form", el("p", "", sure), button(name, label, () => void this.send(command), "wide danger")));
+      this.rail.push(label, () => el("div", "form", el("p", "", sure), button(name, label, send, "wide danger")));
     }, "wide");
   }
 
@@ -94,12 +95,13 @@ export class Control {
   }
 
   private async take(force: boolean): Promise<void> {
+    const { place } = this.rail;
     const answer = await this.api.takeControl(force);
     this.outcome = refusal(answer);
-    if (!answer.ok && answer.status === 409) {
-      const ask = button("hand", S.control.takeOver, () => {
+    if (!answer.ok && answer.status === 409 && this.rail.isAt(place)) {
+      const ask = button("hand", S.control.takeOver, async () => {
         this.rail.push(S.menu.dive, () => this.page());
-        void this.take(true);
+        await this.take(true);
       }, "wide danger");
       this.rail.push(S.control.takeOver, () => el("div", "form", el("p", "", refusal(answer)), ask));
     }
@@ -107,9 +109,10 @@ export class Control {
   }
 
   private async send(command: Command): Promise<void> {
+    const { place } = this.rail;
     const answer = await this.api.command(command);
     this.outcome = answer.ok ? S.control.done(clock(Date.now() / 1000)) : refusal(answer);
-    this.rail.push(S.menu.dive, () => this.page());
+    if (this.rail.isAt(place)) this.rail.push(S.menu.dive, () => this.page());
   }
 
   private refresh(): void {

@@ -14,14 +14,16 @@ export class Dives {
   ) {}
 
   async open(): Promise<void> {
+    const { place } = this.rail;
     const answer = await this.api.dives();
+    if (!this.rail.isAt(place)) return;
     if (!answer.ok) {
       this.rail.push(S.menu.dives, () => el("p", "none", refusal(answer)));
       return;
     }
     const dives = answer.value;
     const entry = (dive: DiveEntry) =>
-      button("dives", dive.name, () => void this.openDive(dive), "wide entry");
+      button("dives", dive.name, async () => this.openDive(dive), "wide entry");
     this.rail.push(S.menu.dives, () => {
       if (dives.length === 0) return el("p", "none", S.dives.none);
       return el("ul", "dives", ...dives.map((dive) => {
@@ -33,7 +35,9 @@ export class Dives {
   }
 
   private async openDive(dive: DiveEntry): Promise<void> {
+    const { place } = this.rail;
     const answer = await this.api.contents(dive.id);
+    if (!this.rail.isAt(place)) return;
     const { products, folders } = answer.ok ? answer.value : { products: [], folders: [] };
     const view = el("a", "wide", icon("map"), el("span", "label", S.dives.view));
     view.href = `?dive=${encodeURIComponent(dive.id)}`;
@@ -60,12 +64,15 @@ export class Dives {
   private confirm(dive: DiveEntry): void {
     const outcome = el("p", "outcome", "");
     outcome.setAttribute("role", "status");
-    const remove = button("trash", S.dives.removeNow, () => void this.remove(dive, outcome), "wide danger");
+    const remove = button("trash", S.dives.removeNow, async () => this.remove(dive, outcome), "wide danger");
     this.rail.push(S.dives.remove, () => el("div", "form", el("p", "", S.dives.sure(dive.name)), remove, outcome));
   }
 
   private async remove(dive: DiveEntry, outcome: HTMLElement): Promise<void> {
+    const { place } = this.rail;
+    outcome.textContent = S.control.asking;
     const answer = await this.api.removeDive(dive.id);
+    if (!this.rail.isAt(place)) return;
     if (answer.ok) await this.open();
     else outcome.textContent = refusal(answer);
   }

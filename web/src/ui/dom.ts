@@ -80,10 +80,18 @@ export function icon(name: Icon): SVGSVGElement {
   return svg;
 }
 
-export function button(name: Icon, label: string, act: () => void, className = "tool"): HTMLButtonElement {
+/** What the device is asked for is asked for once: until it has answered the button takes no other tap. */
+export function button(name: Icon, label: string, act: () => unknown, className = "tool"): HTMLButtonElement {
   const element = el("button", className, icon(name), el("span", "label", label));
   element.type = "button";
-  element.addEventListener("click", act);
+  element.addEventListener("click", () => {
+    const begun = act();
+    if (!(begun instanceof Promise)) return;
+    element.disabled = true;
+    void begun.finally(() => {
+      element.disabled = false;
+    });
+  });
   return element;
 }
 

@@ -50,13 +50,15 @@ export class Marks {
     const label = el("label", "field", el("span", "", S.hands.note), note);
     const outcome = el("p", "outcome", this.api.hasToken ? "" : S.control.noToken);
     outcome.setAttribute("role", "status");
-    const save = button("pin", S.hands.save, () => void this.save(point, image, note.value, outcome), "wide");
+    const save = button("pin", S.hands.save, async () => this.save(point, image, note.value, outcome), "wide");
     this.rail.push(S.marks.title, () => el("div", "form", label, save, outcome));
   }
 
   private async save(point: Vec3, image: number | null, note: string, outcome: HTMLElement): Promise<void> {
+    const { place } = this.rail;
+    outcome.textContent = S.control.asking;
     const answer = await this.api.addMark(point, image, note);
-    if (answer.ok) this.rail.close();
+    if (answer.ok) this.rail.closeAt(place);
     else outcome.textContent = refusal(answer);
   }
 
@@ -85,14 +87,16 @@ export class Marks {
     if (mark === undefined) return;
     const outcome = el("p", "outcome", "");
     outcome.setAttribute("role", "status");
-    const remove = button("trash", S.hands.remove, () => void this.remove(id, outcome), "wide");
+    const remove = button("trash", S.hands.remove, async () => this.remove(id, outcome), "wide");
     const hands = recordedDive === null ? [remove, outcome] : [];  // a recorded dive's marks stay
     this.rail.push(S.marks.title, () => el("div", "form", ...describe(mark), ...photograph(mark, this.api), ...hands));
   }
 
   private async remove(id: number, outcome: HTMLElement): Promise<void> {
+    const { place } = this.rail;
+    outcome.textContent = S.control.asking;
     const answer = await this.api.removeMark(id);
-    if (answer.ok) this.rail.close();
+    if (answer.ok) this.rail.closeAt(place);
     else outcome.textContent = refusal(answer);
   }
 }

@@ -47,8 +47,12 @@ export class Menu {
     const { rail, control, dives, system, api } = this.parts;
     const ofDives = [
       button("dive", S.menu.dive, () => { rail.push(S.menu.dive, () => control.page()); }, "wide"),
-      button("dives", S.menu.dives, () => void dives.open(), "wide"),
-      button("code", S.control.showCode, () => void codePage(api).then((page) => { rail.push(S.control.showCode, () => page); }), "wide"),
+      button("dives", S.menu.dives, async () => dives.open(), "wide"),
+      button("code", S.control.showCode, async () => {
+        const { place } = rail;
+        const page = await codePage(api);
+        if (rail.isAt(place)) rail.push(S.control.showCode, () => page);
+      }, "wide"),
     ];
     const items: HTMLElement[] = [
       ...(this.hasDives ? ofDives : []),

@@ -89,6 +89,19 @@ export class Rail {
     if (this.open !== null) this.toggle(this.open);
   }
 
+  /** What is looked at. An answer that comes late finds with isAt whether it still is. */
+  get place(): unknown {
+    return this.pages.at(-1)?.build ?? this.open;
+  }
+
+  isAt(place: unknown): boolean {
+    return this.open !== null && this.place === place;
+  }
+
+  closeAt(place: unknown): void {
+    if (this.isAt(place)) this.close();
+  }
+
   private toggle(sheet: Sheet): void {
     this.pages.length = 0;
     this.open = this.open === sheet ? null : sheet;

@@ -144,6 +144,7 @@ export const S = {
     you: "this screen",
     name: "Your name",
     noToken: "Only a screen that knows the device's code may change anything: scan the code on the device's own screen, or open the address that nadir token prints.",
+    asking: "Asking the device …",
     unreachable: "The device does not answer",
     refused: "The device refused",
     take: "Take control",

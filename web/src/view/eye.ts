@@ -190,6 +190,13 @@ export class Eye {
   /** What the viewer's hand did since last told. */
   private tell(): void {
     const { target } = this.controls;
+    if (!Number.isFinite(target.lengthSq() + this.span)) {  // a hand on a canvas without height
+      const { target: last, span } = this.known;
+      target.copy(last);
+      this.perspective.position.copy(last).add(FIRST_DIRECTION);
+      this.put(last, span);
+      return;
+    }
     const moved = target.clone().sub(this.known.target);
     if (this.look === "map") this.perspective.position.add(moved);
     const tolerance = 1e-6 * this.known.span;
