@@ -143,7 +143,8 @@ export class Api {
     const before = this.token;
     this.token = given;
     const answer = before === null || before === given ? null : await this.ask("POST", "control/renew");
-    if (answer !== null && !answer.ok && answer.status === 401) this.token = before;
+    // 429: too many wrong ones came from here.
+    if (answer !== null && !answer.ok && [0, 401, 429].includes(answer.status)) this.token = before;
     else remember("token", given);
     this.onControl();
   }

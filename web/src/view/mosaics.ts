@@ -114,14 +114,7 @@ export class Mosaics {
   }
 
   private async refineTiles(sizeOf: SizeOf): Promise<boolean> {
-    const sized = [...this.tiles.values()].flatMap((tile) => {
-      const grid = this.grids.get(tile.mosaic);
-      if (grid === undefined || tile.jpeg === null) return [];
-      const size = sizeOf(this.centreOf(grid, tile, 1), TILE_SIZE * grid.groundSamplingDistance);
-      return size > LARGE_PX ? [{ tile, size }] : [];
-    });
-    sized.sort((one, other) => other.size - one.size);
-    const wanted = new Set(sized.slice(0, MOST_FULL).map(({ tile }) => tile));
+    const wanted = this.largest([...this.tiles.values()], 1, LARGE_PX, MOST_FULL, sizeOf);
     const missing = [...wanted].filter((tile) => tile.mesh === null && !tile.busy && tile.broken !== tile.jpeg).slice(0, AT_ONCE);
     const spare = [...this.tiles.values()].filter((tile) => tile.mesh !== null && !wanted.has(tile));
     const tooMany = this.full.children.length + missing.length - MOST_FULL;
@@ -130,15 +123,20 @@ export class Mosaics {
     return missing.length > 0;
   }
 
-  private async refineOverviews(sizeOf: SizeOf): Promise<boolean> {
-    const sized = [...this.overviews.values()].flatMap((overview) => {
-      const grid = this.grids.get(overview.mosaic);
-      if (grid === undefined || overview.jpeg === null) return [];
-      const size = sizeOf(this.centreOf(grid, overview, OVERVIEW_TILES), OVERVIEW_TILES * TILE_SIZE * grid.groundSamplingDistance);
-      return size > FINE_PX ? [{ overview, size }] : [];
+  /** Those that are wider on the screen than least px, the widest if they are too many; side: tiles. */
+  private largest<T extends Place & { jpeg: Kept | null }>(all: T[], side: number, least: number, most: number, sizeOf: SizeOf): Set<T> {
+    const sized = all.flatMap((one) => {
+      const grid = this.grids.get(one.mosaic);
+      if (grid === undefined || one.jpeg === null) return [];
+      const size = sizeOf(this.centreOf(grid, one, side), side * TILE_SIZE * grid.groundSamplingDistance);
+      return size > least ? [{ one, size }] : [];
     });
     sized.sort((one, other) => other.size - one.size);
-    const wanted = new Set(sized.slice(0, MOST_FINE).map(({ overview }) => overview));
+    return new Set(sized.slice(0, most).map(({ one }) => one));
+  }
+
+  private async refineOverviews(sizeOf: SizeOf): Promise<boolean> {
+    const wanted = this.largest([...this.overviews.values()], OVERVIEW_TILES, FINE_PX, MOST_FINE, sizeOf);
     const canBePainted = ({ busy, broken, jpeg }: Overview) => !busy && broken !== jpeg;
     const missing = [...wanted].filter((overview) => !overview.isFine && canBePainted(overview)).slice(0, AT_ONCE);
     const fine = [...this.overviews.values()].filter(({ isFine }) => isFine);
