@@ -119,6 +119,12 @@ class RecordedFeeds::Reading {
   std::vector<Alert> faults(const record::GivenAgain& given) const {
     const std::string name = dive_.filename().string();
     std::vector<Alert> faults;
+    if (given.once) {
+      faults.push_back(alert(name + ": the end of its journal is missing; " +
+                                 std::to_string(given.captured) + " of " +
+                                 several(*given.once, "image") + " are left",
+                             "tells what is left"));
+    }
     if (given.missing_records > 0) {
       faults.push_back(alert(name + ": " + several(given.missing_records, "record") +
                                  " of its journal damaged; the "

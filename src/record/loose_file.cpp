@@ -6,7 +6,6 @@
 
 #include <algorithm>
 #include <cerrno>
-#include <fstream>
 
 namespace nadir::record {
 namespace {
@@ -29,8 +28,16 @@ void Stamp::add(ByteView bytes) {
   crc32 = libdeflate_crc32(crc32, bytes.data(), bytes.size());
 }
 
+std::ifstream open_to_read(const path& file) {
+  std::error_code error;
+  if (std::filesystem::is_regular_file(file, error)) return std::ifstream(file, std::ios::binary);
+  std::ifstream none;
+  none.setstate(std::ios::failbit);
+  return none;
+}
+
 std::optional<Stamp> stamp_of(const path& file) {
-  std::ifstream in(file, std::ios::binary);
+  std::ifstream in = open_to_read(file);
   if (!in) return std::nullopt;
   Stamp stamp;
   Bytes buffer(kBuffer);

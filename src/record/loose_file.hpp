@@ -3,6 +3,7 @@
 // A file that appears whole or not at all: written under a temporary name, synced, renamed.
 #pragma once
 
+#include <fstream>
 #include <optional>
 #include <string>
 #include <string_view>
@@ -19,6 +20,9 @@ struct Stamp {
   bool operator==(const Stamp&) const = default;
   void add(ByteView bytes);
 };
+
+/// A file on disk; a stream without one when it is none: a pipe or a device would be waited for.
+std::ifstream open_to_read(const path& file);
 
 /// Of a file on disk; none when it cannot be read.
 std::optional<Stamp> stamp_of(const path& file);

@@ -127,7 +127,7 @@ void mend_originals(Disk& disk, const path& dive) {
   for (const path& name : unfinished) disk.remove(name);
   for (const Table& table : kTables) {
     const path name = dive / "survey" / table.file;
-    std::ifstream in(name, std::ios::binary);
+    std::ifstream in = open_to_read(name);
     if (!in) continue;
     const std::string text(std::istreambuf_iterator<char>(in), {});
     const std::size_t end = text.rfind('\n');

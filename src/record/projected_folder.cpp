@@ -36,7 +36,7 @@ bool is_whole(const path& name, const ProjectedFile& file, bool thorough) {
 }
 
 bool holds(const path& name, std::string_view text) {
-  std::ifstream in(name, std::ios::binary);
+  std::ifstream in = open_to_read(name);
   return in && std::string((std::istreambuf_iterator<char>(in)), {}) == text;
 }
 

@@ -18,7 +18,7 @@ namespace nadir::record {
 namespace {
 
 cv::Mat read_projected(const path& name) {
-  std::ifstream in(name, std::ios::binary);
+  std::ifstream in = open_to_read(name);
   const Bytes file((std::istreambuf_iterator<char>(in)), {});
   return image_io::decode_bgra(file).image;
 }

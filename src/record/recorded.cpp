@@ -2,11 +2,12 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "nadir/record/recorded.hpp"
 
-#include <fstream>
 #include <opencv2/core.hpp>
 #include <utility>
 
+#include "earlier_summary.hpp"
 #include "ledger.hpp"
+#include "loose_file.hpp"
 #include "nadir/core/check.hpp"
 #include "nadir/image_io/decode.hpp"
 #include "text.hpp"
@@ -93,7 +94,7 @@ void give_entries(const path& dive, const Recorded& to, const std::stop_token& s
 /// Of the raster's pixel (0, 0), on the survey's axes; none when the file is missing or wrong.
 std::optional<WorldFile> read_world(const path& name,
                                     const std::optional<reference::UtmGrid>& utm) {
-  std::ifstream in(name);
+  std::ifstream in = open_to_read(name);
   WorldFile world;
   if (!(in >> world.a >> world.d >> world.b >> world.e >> world.c >> world.f)) return std::nullopt;
   if (utm) {
@@ -112,7 +113,7 @@ bool give_mosaic(const path& dive, const Ledger& ledger, MosaicGrid grid, const 
                  const std::stop_token& stop) {
   const path name = dive / "mosaic2d" / ("mosaic-" + padded(grid.mosaic, 3));
   const auto world = read_world(path(name).concat(".pgw"), ledger.grid);
-  std::ifstream file(path(name).concat(".png"), std::ios::binary);
+  std::ifstream file = open_to_read(path(name).concat(".png"));
   image_io::PngReader png(file);
   if (!world || png.width() == 0) return false;
   // Its first pixel is that of a tile.
@@ -138,7 +139,11 @@ bool give_mosaic(const path& dive, const Ledger& ledger, MosaicGrid grid, const 
 GivenAgain give_again(const path& dive, const Recorded& to, const std::stop_token& stop) {
   const Ledger ledger = read_ledger(dive, stop);
   give_entries(dive, to, stop);
-  GivenAgain given{ledger.counts().captured, ledger.missing_records};
+  GivenAgain given;
+  given.captured = ledger.counts().captured;
+  given.missing_records = ledger.missing_records;
+  const EarlierSummary earlier = read_summary(dive);
+  if (earlier.outlives(ledger)) given.once = earlier.captured;
   for (const auto& [number, grid] : ledger.mosaics) {
     if (!give_mosaic(dive, ledger, grid, to, stop)) ++given.mosaics_left_out;
   }

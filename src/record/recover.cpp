@@ -3,8 +3,8 @@
 #include "nadir/record/recover.hpp"
 
 #include <algorithm>
-#include <fstream>
 
+#include "earlier_summary.hpp"
 #include "nadir/core/check.hpp"
 #include "originals_folder.hpp"
 #include "products.hpp"
@@ -16,39 +16,12 @@ namespace {
 
 using nlohmann::json;
 
-/// What the dive.json that is there says.
-// NOLINTNEXTLINE(bugprone-exception-escape): moving a map throws nothing here
-struct Previous {
-  bool exists = false;  ///< and can be read
-  bool cut_off = true;
-  Stamps files;
-  double area = 0;
-  json rates;
-};
-
-Previous parse(const json& summary) {
-  Previous previous;
-  for (const auto& [name, entry] : summary.at("files").items()) {
-    previous.files[name] = {entry.at("bytes"), entry.at("crc32")};
-  }
-  previous.cut_off = summary.at("cut_off");
-  previous.area = summary.at("area_survey_units");
-  previous.rates = summary.at("rates");
-  previous.exists = true;
-  return previous;
-}
-
-Previous read_previous(const path& dive) {
+/// Throws InputError when dive.json could not be written again.
+void check_summary(const path& dive) {
   const path name = dive / "dive.json";
   std::error_code error;
   if (std::filesystem::is_directory(name, error)) {
     throw InputError(name.string() + ": is a folder; move it away and recover again");
-  }
-  std::ifstream in(name);
-  try {
-    return in ? parse(json::parse(in)) : Previous();
-  } catch (const json::exception&) {
-    return {};
   }
 }
 
@@ -73,7 +46,7 @@ Found find_files(const path& dive, const Stamps& written) {
 
 bool is_mosaic(const std::string& name) { return name.starts_with("mosaic2d/"); }
 
-bool mosaics_are_whole(const Previous& previous, const Found& found) {
+bool mosaics_are_whole(const EarlierSummary& previous, const Found& found) {
   return previous.exists && std::ranges::all_of(previous.files, [&](const auto& file) {
            return !is_mosaic(file.first) || found.whole.contains(file.first);
          });
@@ -91,7 +64,7 @@ void settle_projected(Disk& disk, const path& dive, const Ledger& ledger, bool w
   }
 }
 
-void count(const Ledger& ledger, const Previous& previous, Recovery& recovery) {
+void count(const Ledger& ledger, const EarlierSummary& previous, Recovery& recovery) {
   const ImageCounts counts = ledger.counts();
   recovery.captured = counts.captured;
   recovery.oriented = counts.oriented;
@@ -100,12 +73,11 @@ void count(const Ledger& ledger, const Previous& previous, Recovery& recovery) {
   recovery.missing_records = ledger.missing_records;
   recovery.was_complete = previous.exists;
   recovery.cut_off = !ledger.ended;
-  // A journal whose end was there once has lost at least that.
-  const bool had_end = previous.exists && !previous.cut_off;
-  if (had_end && !ledger.ended && recovery.missing_records == 0) recovery.missing_records = 1;
+  // At least the end.
+  if (previous.outlives(ledger) && recovery.missing_records == 0) recovery.missing_records = 1;
 }
 
-void note_failures(const Previous& previous, const Outcome& outcome, Recovery& recovery) {
+void note_failures(const EarlierSummary& previous, const Outcome& outcome, Recovery& recovery) {
   recovery.made = outcome.made;
   for (const auto& [name, error] : outcome.failed) recovery.damaged.push_back(name);
   for (const std::string& name : outcome.lost) recovery.damaged.push_back(name);
@@ -127,7 +99,8 @@ Recovery recover(const path& dive, Disk& disk) {
     throw InputError(dive.string() + ": is being recorded; end the recording first");
   }
   Ledger ledger = read_ledger(dive);
-  const Previous previous = read_previous(dive);
+  check_summary(dive);
+  const EarlierSummary previous = read_summary(dive);
   Recovery recovery;
   count(ledger, previous, recovery);
   settle_projected(disk, dive, ledger, previous.exists, recovery);

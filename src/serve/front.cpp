@@ -21,7 +21,7 @@ namespace {
 constexpr std::size_t kHeaderBytes = 8 << 10;
 constexpr std::size_t kChunkBytes = 64 << 10;  // of a download, read while none is written
 constexpr char kHandshakeRecord = 0x16;        // RFC 8446, 5.1; no method begins with it
-constexpr std::size_t kMostCalls = 10, kMostDownloads = 8;
+constexpr std::size_t kMostCalls = 10;
 constexpr std::size_t kMostLooks = 8;  // those who command are not kept out by those who look
 
 using Response = http::response<http::span_body<const char>>;
@@ -151,7 +151,11 @@ asio::awaitable<std::optional<HttpRequest>> Front::answer(Stream& stream) {
     co_await http::async_read_header(stream, reading.buffer, reading.parser, noting(error));
   }
   if (error) {
-    if (const auto refusal = refusal_of_reading(error)) co_await refuse(stream, *refusal);
+    if (const auto refusal = refusal_of_reading(error)) {
+      const auto target = reading.parser.get().target();
+      const std::string_view path = path_of({target.data(), target.size()});
+      co_await refuse(stream, *refusal, handlers_.call && is_call(path));
+    }
     co_return std::nullopt;
   }
   const HttpRequest& request = reading.parser.get();
@@ -241,11 +245,11 @@ asio::awaitable<void> Front::send(Stream& stream, const Answer& answer) {
 asio::awaitable<void> Front::send_file(Stream& stream, const HttpRequest& request,
                                        const Answer& answer) {
   const Download& download = *answer.download;
-  if (downloads_ >= kMostDownloads) {
+  const DownloadPlaces::Taken place(places_, caller_of(stream), download.size);
+  if (!place.granted()) {
     co_await refuse(stream, {503, "as many downloads as this device serves are under way"}, true);
     co_return;
   }
-  const Counted counted(downloads_);
   const bool resumes = is_unchanged(only_value(request, http::field::if_range), download.tag);
   const std::string_view range = resumes ? only_value(request, http::field::range) : "";
   const std::optional<Part> part = part_of(range, download.size);

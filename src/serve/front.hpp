@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "answer_rules.hpp"
+#include "download_places.hpp"
 #include "nadir/serve/web_server.hpp"
 #include "request_rules.hpp"
 #include "shared.hpp"
@@ -46,7 +47,8 @@ class Front {
   std::optional<asio::ssl::context> tls_;
   std::map<std::string, Asset, std::less<>> assets_;
   const Handlers handlers_;
-  Count calls_ = 0, downloads_ = 0;
+  Count calls_ = 0;
+  DownloadPlaces places_;
   Worker worker_;
 };
 

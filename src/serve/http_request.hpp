@@ -32,6 +32,13 @@ inline std::string local_address(const Stream& stream) {
   return text.find(':') == std::string::npos ? text : '[' + text + ']';
 }
 
+/// The address it comes from; empty when the connection is gone.
+inline std::string caller_of(const Stream& stream) {
+  error_code error;
+  const auto from = stream.socket().remote_endpoint(error);
+  return error ? std::string() : to_text(from.address());
+}
+
 /// An address, or a name with or without a port.
 inline bool is_loopback(std::string_view host) {
   const std::string_view name = host.substr(0, host.rfind(':'));
@@ -80,11 +87,10 @@ inline Call call_of(const Stream& stream, const HttpRequest& request) {
   if (authorization.starts_with(kBearer)) call.token = authorization.substr(kBearer.size());
   call.session = only_value(request, "Nadir-Session");
   call.name = only_value(request, "Nadir-Name");
-  error_code error;
-  call.caller = to_text(stream.socket().remote_endpoint(error).address());
+  call.caller = caller_of(stream);
   // Whoever comes through a proxy on this machine calls it by another name.
   const std::string_view host = only_value(request, http::field::host);
-  call.local = !error && is_loopback(call.caller) && is_loopback(host);
+  call.local = is_loopback(call.caller) && is_loopback(host);
   call.body = request.body();
   return call;
 }

@@ -248,6 +248,16 @@ TEST_F(RecordedDives, SayWhatIsDamagedAndShowTheRest) {
   }
 }
 
+TEST_F(RecordedDives, SayWhenTheEndOfTheirJournalIsMissing) {
+  open();
+  record("dive-0001");
+  const fs::path journal = folder("dive-0001") / "journal-000.nadir";
+  fs::resize_file(journal, record::read_text(journal).find("dsc,2"));
+  const Seen seen = watch("dive-0001", 1);
+  ASSERT_EQ(seen.alerts_after_end.size(), 1u);
+  EXPECT_THAT(seen.alerts_after_end[0].message, testing::HasSubstr("2 of 4 images are left"));
+}
+
 TEST_F(RecordedDives, AreShownWhenNothingIsLeftOfThem) {
   open();
   fs::create_directories(folder("dive-0001"));

@@ -123,6 +123,21 @@ test("control of the device", { timeout: 300_000 }, async (t) => {
     await late.page.close();
   });
 
+  await t.test("opens nothing for an answer that comes late", async () => {
+    let answered;
+    await own.page.route("**/api/dives", async (route) => {
+      await harness.pause(700);
+      await route.continue();
+      answered = true;
+    });
+    await open(own.page, "Dives");
+    await tap(own.page, "#panel [aria-label=Close]");
+    await until("the answer", () => answered, (come) => come === true, 10);
+    await harness.pause(500);
+    assert.equal(await own.page.locator("#panel").isVisible(), false);
+    await own.page.unroute("**/api/dives");
+  });
+
   await t.test("goes to a tablet by the code that the own screen shows", async () => {
     const given = await own.page.evaluate(() => fetch("api/token").then((answer) => answer.json()));
     const scanned = `${device}#token=${given.token}`;
@@ -160,6 +175,28 @@ test("control of the device", { timeout: 300_000 }, async (t) => {
   });
   run.stop();
   await run.ended;
+
+  await t.test("comes back to the own screen when the device has begun anew with another code", async () => {
+    const begin = (name) => harness.replay(survey, path.join(folder, name), port, "--rate", "0.3", "--keep-serving");
+    const take = async () => {
+      await until("the link", own.read, ({ link, state }) => link === "live" && state?.finished === false, 30);
+      await open(own.page, "Dive");
+      await tap(own.page, "#panel .wide:has(.label:text-is('Take control'))");
+    };
+    await own.page.route("**/api/token", (route) => route.fulfill({ json: { token: "x".repeat(43) } }));
+    const first = await begin("another");
+    await take();
+    await own.page.locator("#panel .outcome:has-text('code')").waitFor();
+    await tap(own.page, "#panel [aria-label=Close]");
+    first.stop();
+    await first.ended;
+    await own.page.unroute("**/api/token");
+    const second = await begin("again");
+    await take();
+    await own.page.locator("#panel >> text=In control: this screen").waitFor();
+    second.stop();
+    await second.ended;
+  });
 
   await t.test("leaves marks that a recorded dive shows, with their photographs", async () => {
     const next = await harness.replay(survey, path.join(folder, "next"), port, "--rate", "0.3", "--keep-serving");

@@ -26,16 +26,20 @@ export function simulate(folder, ...options) {
   if (status !== 0) throw new Error(`nadir simulate failed: ${stderr}`);
 }
 
-/** Resolves when the server listens; `ended` resolves with the exit status. */
 export async function replay(folder, dive, port, ...options) {
   const serve = options.includes("--serve") ? [] : ["--serve", `127.0.0.1:${port}`];
-  const child = spawn(PROGRAM, ["replay", folder, "--out", dive, ...serve, ...options]);
+  return serving(["replay", folder, "--out", dive, ...serve, ...options]);
+}
+
+/** Resolves when the server listens; `ended` resolves with the exit status. */
+export async function serving(words, environment = {}) {
+  const child = spawn(PROGRAM, words, { env: { ...process.env, ...environment } });
   let said = "";
   child.stderr.on("data", (text) => (said += text));
   const ended = new Promise((resolve) => child.on("exit", resolve));
   process.on("exit", () => child.kill());
   while (!said.includes("http://")) {
-    if (child.exitCode !== null) throw new Error(`nadir replay ended: ${said}`);
+    if (child.exitCode !== null) throw new Error(`nadir ${words[0]} ended: ${said}`);
     await pause(50);
   }
   return { ended, stop: () => child.kill("SIGTERM"), said: () => said, pid: child.pid };
@@ -101,12 +105,11 @@ export const CHROMIUM_OPTIONS = [
   "--disable-component-update",
 ];
 
-export async function chromium({ program = CHROMIUM, more = [] } = {}) {
-  const require = createRequire(path.join(ROOT, "web/package.json"));
-  return require("playwright-core").chromium.launch({
-    executablePath: program,
-    args: [...CHROMIUM_OPTIONS, `--host-resolver-rules=MAP ${DEVICE} 127.0.0.1`, ...more],
-  });
+/** profile: a folder in which it keeps what it does not hold in memory. */
+export async function chromium({ program = CHROMIUM, profile = null, more = [] } = {}) {
+  const { chromium } = createRequire(path.join(ROOT, "web/package.json"))("playwright-core");
+  const options = { executablePath: program, args: [...CHROMIUM_OPTIONS, `--host-resolver-rules=MAP ${DEVICE} 127.0.0.1`, ...more] };
+  return profile === null ? chromium.launch(options) : chromium.launchPersistentContext(profile, options);
 }
 
 /** A 10-inch tablet, held either way. */

@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // The page in a real browser against a real replay: node --test tests/browser
 import assert from "node:assert/strict";
-import { readFileSync } from "node:fs";
+import { readFileSync, writeFileSync } from "node:fs";
 import path from "node:path";
 import test from "node:test";
 import { sampleMosaic, useHands } from "./checks.mjs";
@@ -159,6 +159,25 @@ test("the page of a live dive", { timeout: 300_000 }, async (t) => {
       ["good", ["camera: 10.0 images a second"]],
     ]);
     assert.deepEqual(errors, []);
+  });
+  run.stop();
+  await run.ended;
+});
+
+test("the page of a device with wrong settings", { timeout: 120_000 }, async (t) => {
+  const port = await harness.freePort();
+  const browser = await harness.chromium();
+  t.after(() => browser.close());
+  const config = path.join(folder, "nadir.toml");
+  writeFileSync(config, "[odometry]\nwidnow = 5\n");
+  // Under a service manager it waits for better ones.
+  const run = await harness.serving(["run", "--config", config, "--serve", `127.0.0.1:${port}`], { NOTIFY_SOCKET: "@nadir-browser-test" });
+  const { page, errors } = await harness.openPage(browser, port);
+
+  await t.test("says so across the screen, however late it is opened", async () => {
+    await page.waitForSelector("#alerts .alert[data-level=bad]:has-text('widnow')");
+    await page.waitForSelector("nav .tool:has-text('Alerts') .bubble:has-text('1')");
+    assert.deepEqual(errors.filter((error) => !/404/.test(error)), [], "but for the calls that are not answered yet");
   });
   run.stop();
   await run.ended;

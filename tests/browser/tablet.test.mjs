@@ -192,6 +192,21 @@ for (const [held, viewport] of [
       await tap(page, "nav >> text=Map");
     });
 
+    await t.test("zooms no further than there is something to be seen", async () => {
+      const zoom = async (label) => {
+        for (let i = 0; i < 60; ++i) await page.locator(`#zoom >> text=${label}`).evaluate((one) => one.click());
+        const [one, other] = await page.evaluate(() => [window.nadir.screenOf(0, 0, 0), window.nadir.screenOf(0.01, 0, 0)]);
+        return Math.hypot(one.x - other.x, one.y - other.y);
+      };
+      assert.ok((await zoom("Farther")) > 1e-3, "a centimetre is nothing");
+      await keep(page, `farthest-${held}`);
+      await tap(page, "#zoom >> text=All");
+      const closest = await zoom("Closer");
+      await keep(page, `closest-${held}`);
+      assert.ok(closest > 100 && closest < 2000, `a centimetre is ${closest} px`);
+      await tap(page, "#zoom >> text=All");
+    });
+
     await t.test("takes a picture of the map", async () => {
       await tap(page, "nav >> text=Tools");
       const [download] = await Promise.all([page.waitForEvent("download"), tap(page, "#panel >> text=Screenshot")]);

@@ -4,6 +4,8 @@
 
 #include <gtest/gtest.h>
 
+#include <sys/stat.h>
+
 #include <algorithm>
 #include <opencv2/core.hpp>
 
@@ -156,6 +158,25 @@ TEST_F(RecordedDive, IsGivenWithoutWhatIsDamaged) {
   const Given given = give(folder_);
   EXPECT_EQ(given.entries.size(), 3u);
   EXPECT_EQ(given.found.missing_records, 1u);
+}
+
+TEST_F(RecordedDive, TellsHowManyImagesItOnceHadWhenTheEndOfItsJournalIsMissing) {
+  record(true, small_.info());
+  EXPECT_FALSE(give(folder_).found.once);
+  const path journal = folder_ / "journal-000.nadir";
+  std::filesystem::resize_file(journal, read_text(journal).find("dsc,2"));
+  const Given given = give(folder_);
+  EXPECT_EQ(given.found.captured, 2u);
+  EXPECT_EQ(given.found.once, 4u);
+}
+
+TEST_F(RecordedDive, IsNotWaitedForWhereAPipeIsInThePlaceOfAFile) {
+  record(true, small_.info());
+  for (const char* name : {"mosaic2d/mosaic-000.png", "mosaic2d/mosaic-000.pgw", "dive.json"}) {
+    std::filesystem::remove(folder_ / name);
+    ASSERT_EQ(::mkfifo((folder_ / name).c_str(), 0600), 0);
+    EXPECT_EQ(give(folder_).found.mosaics_left_out, 1u);
+  }
 }
 
 TEST_F(RecordedDive, IsGivenNoFurtherWhenToldToStop) {

@@ -10,6 +10,7 @@
 #include <mutex>
 #include <thread>
 
+#include "download_places.hpp"
 #include "nadir/serve/web_server.hpp"
 #include "raw_client.hpp"
 
@@ -21,7 +22,7 @@ using testing::HasSubstr;
 using testing::StartsWith;
 
 constexpr std::uint8_t kType = 100;
-constexpr std::uint64_t kLarge = 3'000'001;
+constexpr std::uint64_t kLarge = 3'000'001, kSmall = 9;
 
 Config quick() {
   Config config;
@@ -57,6 +58,7 @@ class Calls : public testing::Test {
     }
     if (call.path == "/api/throw") throw std::runtime_error("not for strangers");
     if (call.path == "/api/large") return {200, "image/png", {}, large(kLarge)};
+    if (call.path == "/api/small") return {200, "image/jpeg", {}, small()};
     if (call.path == "/api/short") return {200, "image/png", {}, large(kLarge / 2)};
     if (call.path == "/api/slow") {
       Download slow = large(kLarge);
@@ -76,6 +78,12 @@ class Calls : public testing::Test {
               for (std::uint64_t i = at; i < end; ++i) into[i - at] = byte_at(i);
               return at < end ? static_cast<std::ptrdiff_t>(end - at) : 0;
             }};
+  }
+
+  static Download small() {
+    Download small = large(kSmall);
+    small.size = kSmall;
+    return small;
   }
 
   RawClient client() { return RawClient(server.port()); }
@@ -169,7 +177,7 @@ TEST_F(Calls, AreNoOtherMethodsAndNoBodiesElsewhere) {
 TEST_F(Calls, HaveBodiesOfBoundedSizeOnly) {
   EXPECT_THAT(told("POST", "/api/a", "", std::string(kMostBody, 'x')), StartsWith("HTTP/1.1 200 "));
   EXPECT_THAT(told("POST", "/api/a", "", std::string(kMostBody + 1, 'x')),
-              StartsWith("HTTP/1.1 413 "));
+              AllOf(StartsWith("HTTP/1.1 413 "), HasSubstr("\r\n\r\n{\"error\":")));
   const std::string begin = "POST /api/a HTTP/1.1\r\nHost: localhost\r\n";
   RawClient declared = client(), chunked = client(), behind = client(), both = client();
   declared.send(begin + "Content-Length: 18446744073709551615\r\n\r\n");
@@ -293,6 +301,21 @@ TEST_F(Calls, DownloadsTakeNothingOfTheFeed) {
   const auto end = std::chrono::steady_clock::now() + 5s;
   while (server.stats().timed_out < 7 && std::chrono::steady_clock::now() < end) viewer.next(50);
   EXPECT_EQ(server.stats().timed_out, 7u) << "stalled downloads are ended";
+}
+
+TEST_F(Calls, SlowDownloadsOfOneLeaveRoomForOthers) {
+  std::vector<RawClient> stalled;
+  for (std::size_t i = 0; i < DownloadPlaces::kMostOfOne; ++i) {
+    stalled.emplace_back(server.port(), 1024);
+    stalled.back().send("GET /api/large HTTP/1.1\r\nHost: localhost\r\n\r\n");
+    ASSERT_THAT(stalled.back().header(), StartsWith("HTTP/1.1 200 "));
+  }
+  EXPECT_THAT(client().get("/api/large"), StartsWith("HTTP/1.1 503 "));
+  EXPECT_TRUE(body_of(client().get("/api/small")) == bytes(0, kSmall));
+  constexpr in_addr_t kOther = 0x7F000002;
+  EXPECT_TRUE(body_of(RawClient(server.port(), 0, kOther).get("/api/large")) == bytes(0, kLarge));
+  stalled.pop_back();
+  while (client().get("/api/large").starts_with("HTTP/1.1 503 ")) std::this_thread::sleep_for(1ms);
 }
 
 TEST_F(Calls, TheServerEndsWithCallsAndDownloadsUnderWay) {

@@ -4,7 +4,7 @@ import "./style.css";
 import { Api } from "./api";
 import { Arrival } from "./arrival";
 import { Link, type LinkState } from "./link";
-import { Alerts } from "./ui/alerts";
+import { Alerts, levelOf, type Manner } from "./ui/alerts";
 import { Control } from "./ui/control";
 import { Dives } from "./ui/dives";
 import { byId } from "./ui/dom";
@@ -24,7 +24,7 @@ import { S } from "./ui/strings";
 import { Themes } from "./ui/theme";
 import { getReady, unpacking } from "./view/images";
 import { View } from "./view/view";
-import type { DiveRecord, State } from "./wire/records";
+import type { Alert, DiveRecord, State } from "./wire/records";
 
 let state: State | null = null;
 let linkState: LinkState = "connecting";
@@ -148,9 +148,7 @@ function receive(record: DiveRecord): void {
       showState(record);
       break;
     case "alert":
-      // Those of a recorded dive are old, but for what is said of the reading once it has ended.
-      if (recorded === null) alerts.add(record, link.isNews(record.sequence));
-      else alerts.add(record, recorded.isWhole, false);
+      alerts.add(record, mannerOf(record));
       break;
     case "live_image":
       picture.show(record);
@@ -192,6 +190,14 @@ function receive(record: DiveRecord): void {
   }
   view?.show(record).catch(() => ++undecodable).finally(seeArrival);
   if (record.type === "pose") guide.setVehicle(view?.cameras.newest ?? record);
+}
+
+function mannerOf(alert: Alert & { sequence: number }): Manner {
+  // Those of a recorded dive are old, but for what is said of the reading once it has ended.
+  if (recorded !== null) return recorded.isWhole ? "quiet" : "listed";
+  if (link.isNews(alert.sequence)) return "loud";
+  // Whoever comes late is to see what is still bad.
+  return levelOf(alert) === "bad" ? "quiet" : "listed";
 }
 
 function seeArrival(): void {

@@ -6,6 +6,7 @@
 #include <cstdint>
 #include <filesystem>
 #include <functional>
+#include <optional>
 #include <stop_token>
 
 #include "nadir/record/dive.hpp"
@@ -27,9 +28,11 @@ struct Recorded {
 
 /// What a dive was found to be.
 struct GivenAgain {
-  std::uint64_t captured = 0;          ///< images, as in dive.json
+  std::uint64_t captured = 0;          ///< images that the journal counts
   std::uint64_t missing_records = 0;   ///< written to the journal, but damaged since
   std::uint64_t mosaics_left_out = 0;  ///< whose files are missing or damaged
+  /// Images by a dive.json from before the journal lost its end; none when it did not.
+  std::optional<std::uint64_t> once;
 };
 
 /// Throws InputError when the folder is no dive, or not a single record of its journal is whole.

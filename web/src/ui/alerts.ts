@@ -33,7 +33,9 @@ const SHOWN_SECONDS: Record<AlertLevel, number> = { bad: Infinity, warning: 30, 
 const CRIES: Record<AlertLevel, readonly number[]> = { bad: [880, 660, 880, 660], warning: [660, 660], good: [523, 784], note: [] };
 const TONE_SECONDS = 1 / 6;
 
-/** New alerts cry and stand across the screen, the gravest and newest one in full; all stay in the list. */
+/** Loud: cries and stands across the screen, the gravest and newest one in full. Quiet: without the cry. All stay in the list. */
+export type Manner = "loud" | "quiet" | "listed";
+
 export class Alerts {
   /** Told when what is shown or listed has changed. */
   onChange: () => void = () => undefined;
@@ -67,17 +69,16 @@ export class Alerts {
     if (loud) this.cry("good");
   }
 
-  /** What is not news, sent to a viewer that came late, goes to the list without a cry. */
-  add(alert: Alert, isNews: boolean, isLoud = true): void {
+  add(alert: Alert, manner: Manner): void {
     const known = this.all.has(alert.id);
     this.all.set(alert.id, alert);
     const over = RESOLVES[alert.kind] ?? [];
     this.open = this.open.filter(({ kind }) => !over.includes(kind));
-    if (!known && isNews) {
+    if (!known && manner !== "listed") {
       this.open = this.open.filter(({ kind }) => kind !== alert.kind);
       this.open.push(alert);
       const level = levelOf(alert);
-      if (isLoud) this.cry(level);
+      if (manner === "loud") this.cry(level);
       if (SHOWN_SECONDS[level] < Infinity) {
         setTimeout(() => {
           this.fold(alert.id);

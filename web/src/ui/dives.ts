@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 import type { Api, DiveEntry } from "../api";
 import { refusal } from "./control";
-import { button, el, icon } from "./dom";
+import { button, el, icon, say } from "./dom";
 import type { Rail } from "./rail";
 import { amount, count, S } from "./strings";
 
@@ -70,11 +70,11 @@ export class Dives {
 
   private async remove(dive: DiveEntry, outcome: HTMLElement): Promise<void> {
     const { place } = this.rail;
-    outcome.textContent = S.control.asking;
+    say(outcome, S.control.asking);
     const answer = await this.api.removeDive(dive.id);
     if (!this.rail.isAt(place)) return;
     if (answer.ok) await this.open();
-    else outcome.textContent = refusal(answer);
+    else say(outcome, refusal(answer));
   }
 }
 

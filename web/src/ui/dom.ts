@@ -8,6 +8,14 @@ export function byId(id: string): HTMLElement {
   return element;
 }
 
+/** What could turn or hide the rest of a line: control characters and overrides of the direction of text (Unicode 9, 2.1). */
+// eslint-disable-next-line no-control-regex
+const UNSEEN = /[\0-\x08\v-\x1f\x7f-\x9f\u202a-\u202e\u2066-\u2069]/g;
+
+export function plain(text: string): string {
+  return text.replace(UNSEEN, "\ufffd");
+}
+
 export function el<K extends keyof HTMLElementTagNameMap>(
   tag: K,
   className: string,
@@ -15,13 +23,14 @@ export function el<K extends keyof HTMLElementTagNameMap>(
 ): HTMLElementTagNameMap[K] {
   const element = document.createElement(tag);
   element.className = className;
-  element.append(...children);
+  element.append(...children.map((child) => (typeof child === "string" ? plain(child) : child)));
   return element;
 }
 
 /** Writes only what has changed. */
 export function say(element: HTMLElement, text: string): void {
-  if (element.textContent !== text) element.textContent = text;
+  const shown = plain(text);
+  if (element.textContent !== shown) element.textContent = shown;
 }
 
 const SVG = "http://www.w3.org/2000/svg";

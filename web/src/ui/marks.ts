@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 import type { Api } from "../api";
 import type { Mark, Vec3 } from "../wire/records";
-import { button, el } from "./dom";
+import { button, el, say } from "./dom";
 import { refusal } from "./control";
 import type { Pins } from "./pins";
 import type { Rail } from "./rail";
@@ -56,10 +56,10 @@ export class Marks {
 
   private async save(point: Vec3, image: number | null, note: string, outcome: HTMLElement): Promise<void> {
     const { place } = this.rail;
-    outcome.textContent = S.control.asking;
+    say(outcome, S.control.asking);
     const answer = await this.api.addMark(point, image, note);
     if (answer.ok) this.rail.closeAt(place);
-    else outcome.textContent = refusal(answer);
+    else say(outcome, refusal(answer));
   }
 
   private get present(): Mark[] {
@@ -94,10 +94,10 @@ export class Marks {
 
   private async remove(id: number, outcome: HTMLElement): Promise<void> {
     const { place } = this.rail;
-    outcome.textContent = S.control.asking;
+    say(outcome, S.control.asking);
     const answer = await this.api.removeMark(id);
     if (answer.ok) this.rail.closeAt(place);
-    else outcome.textContent = refusal(answer);
+    else say(outcome, refusal(answer));
   }
 }
 

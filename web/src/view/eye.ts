@@ -10,6 +10,10 @@ export type Movement = "turned" | "zoomed" | "panned";
 const FIELD_OF_VIEW = 45; // degrees, vertical
 const FIT_MARGIN = 1.15;
 const EASE_SECONDS = 0.35;
+/** Of the cameras' distance from the ground: some ten pixels of an image fill the screen. */
+const CLOSEST = 100;
+/** Of what there is to be seen. */
+const FARTHEST = 20;
 const FIRST_DIRECTION = new Vector3(-0.55, -0.75, 0.75);
 
 /** CSS px along the canvas's edges that lie behind the page's cards. */
@@ -32,6 +36,8 @@ export class Eye {
   private height = 1;
   private free: Margins = { left: 0, top: 0, right: 0, bottom: 0 };
   private held = false;
+  /** Of the span. */
+  private limits = { least: 0, most: Infinity };
   /** Target and span as last set or told of. */
   private known = { target: new Vector3(), span: 1 };
 
@@ -139,9 +145,14 @@ export class Eye {
     return this.approach(target, this.span, seconds);
   }
 
-  /** Near and far planes that hold the box. */
-  clip(box: Box3): void {
+  /** What there is to be seen, and from how far the cameras see it: neither is left by a zoom. */
+  setScene(box: Box3, range: number): void {
     const radius = box.isEmpty() ? 10 : box.getSize(new Vector3()).length();
+    this.limits = { least: (range || radius) / CLOSEST, most: FARTHEST * (radius + range) };
+    this.controls.minDistance = this.limits.least / heightPerDistance();
+    this.controls.maxDistance = this.limits.most / heightPerDistance();
+    this.controls.minZoom = this.height / this.limits.most;
+    this.controls.maxZoom = this.height / this.limits.least;
     const distance = this.camera.position.distanceTo(this.controls.target);
     this.camera.near = this.look === "map" ? -4 * (radius + distance) : distance / 200;
     this.camera.far = 4 * (radius + distance);
@@ -174,7 +185,8 @@ export class Eye {
   }
 
   /** Keeps the direction. */
-  private put(target: Vector3, span: number): void {
+  private put(target: Vector3, wanted: number): void {
+    const span = Math.min(this.limits.most, Math.max(this.limits.least, wanted));
     const direction = this.perspective.position.clone().sub(this.controls.target).normalize();
     this.controls.target.copy(target);
     this.perspective.position.copy(target).addScaledVector(direction, span / heightPerDistance());

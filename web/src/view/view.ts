@@ -12,6 +12,7 @@ import { Mosaics } from "./mosaics";
 import { Origin } from "./origin";
 import { Pace } from "./pace";
 import { Planes, pointOf, type PlaneStyle } from "./planes";
+import { Rounds } from "./rounds";
 import { Strokes } from "./strokes";
 import { listenForTaps } from "./taps";
 import { TiePointCloud } from "./tie_points";
@@ -50,7 +51,6 @@ const VEHICLE_PX = 44;
 /** Where style.css puts the cards over the map. */
 const LANDSCAPE: Margins = { left: 24, top: 24, right: 24, bottom: 120 };
 const PORTRAIT: Margins = { left: 24, top: 24, right: 24, bottom: 220 };
-const REFINE_MS = 250;
 /** The eye goes no further after a pause than after this. */
 const LONGEST_STEP_S = 0.25;
 
@@ -87,8 +87,7 @@ export class View {
   private groundHeight: number | null = null;
   private bounds = new Box3();
   private framing: Framing = "all";
-  private refinement: ReturnType<typeof setTimeout> | undefined;
-  private refinedAt = 0;
+  private readonly refinements = new Rounds(() => void this.refine());
   private jumps = false;
 
   /** Throws where the browser cannot draw in 3D. */
@@ -316,25 +315,15 @@ export class View {
     // While much is told, the eye jumps: what it would pass on its way is drawn for nothing.
     const moving = this.frame(this.jumps || this.pace.isCatchingUp() ? 0 : Math.min(LONGEST_STEP_S, seconds));
     this.jumps = false;
-    this.eye.clip(this.bounds);
+    this.eye.setScene(this.bounds, this.range);
     const vehicle = this.cameras.vehicle;
     vehicle.scale.setScalar(this.cameras.newest === null ? 0 : VEHICLE_PX * this.eye.sizeOfPixel(vehicle.position));
     if (this.quality.resolution < 1) this.coarsePicture.render(this.scene, this.eye.camera, this.quality.resolution);
     else this.renderer.render(this.scene, this.eye.camera);
     this.onDrawn();
-    this.refineSoon(now);
+    if (this.pace.isCatchingUp()) this.refinements.hold();
+    else this.refinements.soon(now);
     return moving;
-  }
-
-  /** Not with every picture: what is near is looked for four times a second, and once more at rest. */
-  private refineSoon(now: number): void {
-    clearTimeout(this.refinement);
-    if (this.pace.isCatchingUp()) return;
-    const wait = Math.max(0, REFINE_MS - (now - this.refinedAt));
-    this.refinement = setTimeout(() => {
-      this.refinedAt = performance.now();
-      void this.refine();
-    }, wait);
   }
 
   private async refine(): Promise<void> {
