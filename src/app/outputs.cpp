@@ -75,12 +75,12 @@ void Outputs::process(const Cloud& cloud) {
     footprint.push_back(x_in_survey.head<2>());
   }
   output_.send(ground);
-  coverage_.add(footprint);
+  seen_.add(footprint);
   const Shot* shot = cloud.surface->orientation->shot.get();
   if (!shot || (outlined_ && shot->time - *outlined_ < kOutlinePeriod)) return;
   outlined_ = shot->time;
-  mosaic2d::Coverage coverage = coverage_;  // stays as fine as it is
-  while (!output_.send(coverage.outline())) coverage.coarsen();
+  coverage::SeenGround seen = seen_;  // stays as fine as it is
+  while (!output_.send(seen.outline())) seen.coarsen();
 }
 
 }  // namespace nadir::app

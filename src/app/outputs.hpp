@@ -7,7 +7,7 @@
 
 #include "config.hpp"
 #include "nadir/core/cloud.hpp"
-#include "nadir/mosaic2d/coverage.hpp"
+#include "nadir/coverage/seen_ground.hpp"
 #include "nadir/reference/geodetic.hpp"
 #include "nadir/sensors/pose_output.hpp"
 
@@ -25,7 +25,7 @@ class Outputs {
 
  private:
   sensors::PoseOutput output_;
-  mosaic2d::Coverage coverage_;
+  coverage::SeenGround seen_;
   std::optional<reference::UtmGrid> grid_;  ///< with reference.origin
   Scale scale_;
   SurveyAxes axes_ = SurveyAxes::none;

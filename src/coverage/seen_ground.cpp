@@ -1,12 +1,12 @@
 // SPDX-FileCopyrightText: nadir contributors
 // SPDX-License-Identifier: Apache-2.0
-#include "nadir/mosaic2d/coverage.hpp"
+#include "nadir/coverage/seen_ground.hpp"
 
 #include <algorithm>
 #include <cmath>
 #include <opencv2/imgproc.hpp>
 
-namespace nadir::mosaic2d {
+namespace nadir::coverage {
 namespace {
 
 constexpr double kCellsAcross = 32;  // of the first footprint
@@ -77,11 +77,11 @@ class Tracer {
 
 }  // namespace
 
-Eigen::Vector2d Coverage::in_cells(const Eigen::Vector2d& ground) const {
+Eigen::Vector2d SeenGround::in_cells(const Eigen::Vector2d& ground) const {
   return (ground - origin_) / cell_;
 }
 
-void Coverage::add(std::span<const Eigen::Vector2d> footprint) {
+void SeenGround::add(std::span<const Eigen::Vector2d> footprint) {
   const auto finite = [](const Eigen::Vector2d& corner) { return corner.allFinite(); };
   if (footprint.size() < 3 || !std::ranges::all_of(footprint, finite)) return;
   Eigen::Vector2d low = footprint[0], high = footprint[0];
@@ -108,7 +108,7 @@ void Coverage::add(std::span<const Eigen::Vector2d> footprint) {
   cv::fillConvexPoly(seen_, corners, cv::Scalar(255), cv::LINE_8, kFraction);
 }
 
-void Coverage::make_room(const Eigen::Vector2d& low, const Eigen::Vector2d& high) {
+void SeenGround::make_room(const Eigen::Vector2d& low, const Eigen::Vector2d& high) {
   while (true) {
     const Eigen::Vector2d first = in_cells(low), last = in_cells(high);
     const Lack x(first.x(), last.x(), seen_.cols), y(first.y(), last.y(), seen_.rows);
@@ -126,7 +126,7 @@ void Coverage::make_room(const Eigen::Vector2d& low, const Eigen::Vector2d& high
   }
 }
 
-void Coverage::coarsen() {
+void SeenGround::coarsen() {
   cell_ *= 2;
   if (seen_.empty()) return;
   cv::copyMakeBorder(seen_, seen_, 0, seen_.rows % 2, 0, seen_.cols % 2, cv::BORDER_CONSTANT,
@@ -141,7 +141,7 @@ void Coverage::coarsen() {
   seen_ = half;
 }
 
-std::vector<std::vector<Eigen::Vector2d>> Coverage::outline() const {
+std::vector<std::vector<Eigen::Vector2d>> SeenGround::outline() const {
   if (seen_.empty()) return {};
   std::vector<std::vector<Eigen::Vector2d>> polygons;
   Tracer borders(seen_);
@@ -159,8 +159,8 @@ std::vector<std::vector<Eigen::Vector2d>> Coverage::outline() const {
   return polygons;
 }
 
-double Coverage::area() const {
+double SeenGround::area() const {
   return seen_.empty() ? 0 : cell_ * cell_ * cv::countNonZero(seen_);
 }
 
-}  // namespace nadir::mosaic2d
+}  // namespace nadir::coverage

@@ -8,11 +8,11 @@
 #include <span>
 #include <vector>
 
-namespace nadir::mosaic2d {
+namespace nadir::coverage {
 
 /// A raster of the ground, coarser as it grows: the first footprint is some 32 cells wide, and the
 /// memory stays below 16 MB, whatever is asked of it.
-class Coverage {
+class SeenGround {
  public:
   /// Corners of a convex footprint in turn, survey x and y.
   void add(std::span<const Eigen::Vector2d> footprint);
@@ -34,4 +34,4 @@ class Coverage {
   cv::Mat seen_;                                      ///< CV_8UC1, 255 where seen; row along y
 };
 
-}  // namespace nadir::mosaic2d
+}  // namespace nadir::coverage
