@@ -48,7 +48,7 @@ const pins = new Pins((at) => view?.screenOf(...at) ?? null);
 const hands = view === null ? null : new Hands(view, pins);
 const rail: Rail = new Rail(view, {
   hand: () => handSheet(hands, marks, view, () => { rail.close(); }),
-  layers: () => layerSwitches(view, picture, rail.stage, () => { rail.refresh("layers"); }),
+  layers: () => layerSwitches(view, picture, marks, rail.stage, () => { rail.refresh("layers"); }),
   alerts: () => alerts.list(),
   menu: () => menu.sheet(),
 });
@@ -207,7 +207,7 @@ function seeArrival(): void {
 function showState(record: State): void {
   state = record;
   link.mayBeSilent = record.finished;
-  for (const part of [recorded, gauges, guide, scaleBar, system, hands]) part?.setState(record);
+  for (const part of [recorded, gauges, guide, scaleBar, system, hands, picture]) part?.setState(record);
   if (record.finished) showLink();
 }
 

@@ -44,10 +44,14 @@ export class Alerts {
   private open: Alert[] = [];
   private audio: AudioContext | null = null;
   private loud = recall("sound") !== "off";
+  private wasTouched = false;
 
   constructor() {
     // A browser lets a page sound only once it was touched.
-    addEventListener("pointerdown", () => { this.wakeAudio(); }, { once: true });
+    addEventListener("pointerdown", () => {
+      this.wasTouched = true;
+      this.wakeAudio();
+    }, { once: true });
   }
 
   get count(): number {
@@ -74,18 +78,17 @@ export class Alerts {
     this.all.set(alert.id, alert);
     const over = RESOLVES[alert.kind] ?? [];
     this.open = this.open.filter(({ kind }) => !over.includes(kind));
-    if (!known && manner !== "listed") {
-      this.open = this.open.filter(({ kind }) => kind !== alert.kind);
-      this.open.push(alert);
-      const level = levelOf(alert);
-      if (manner === "loud") this.cry(level);
-      if (SHOWN_SECONDS[level] < Infinity) {
-        setTimeout(() => {
-          this.fold(alert.id);
-        }, 1000 * SHOWN_SECONDS[level]);
-      }
-    }
+    const isNew = !known && manner !== "listed";
+    if (isNew) this.open = [...this.open.filter(({ kind }) => kind !== alert.kind), alert];
     this.refresh();
+    if (!isNew) return;
+    const level = levelOf(alert);
+    if (SHOWN_SECONDS[level] < Infinity) {
+      setTimeout(() => {
+        this.fold(alert.id);
+      }, 1000 * SHOWN_SECONDS[level]);
+    }
+    if (manner === "loud") this.cry(level);
   }
 
   clear(): void {
@@ -134,7 +137,8 @@ export class Alerts {
     const tones = CRIES[level];
     if (!this.loud || tones.length === 0) return;
     const pulse = 1000 * TONE_SECONDS;
-    if (navigator.userActivation.hasBeenActive) navigator.vibrate(tones.flatMap(() => [pulse, pulse / 3]));
+    // Not every browser can.
+    if (this.wasTouched && "vibrate" in navigator) navigator.vibrate(tones.flatMap(() => [pulse, pulse / 3]));
     this.wakeAudio();
     if (this.audio?.state !== "running") return;
     const loudness = this.audio.createGain();
@@ -153,7 +157,7 @@ export class Alerts {
   }
 
   private wakeAudio(): void {
-    if (!navigator.userActivation.hasBeenActive) return;
+    if (!this.wasTouched) return;
     this.audio ??= new AudioContext();
     if (this.audio.state === "suspended") void this.audio.resume();
   }

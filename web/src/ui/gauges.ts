@@ -130,7 +130,7 @@ export class Gauges {
     const left = this.measures.get("recording_left");
     const space = this.measures.get("free_space");
     if (left !== undefined && left.value < 48 * 3600) parts.push(S.timeLeft(clock(left.value)));
-    else if (space !== undefined) parts.push(S.spaceLeft(`${(space.value / 1e9).toFixed(0)} GB`));
+    if (space !== undefined) parts.push(S.spaceLeft(`${(space.value / 1e9).toFixed(space.value < 1e10 ? 1 : 0)} GB`));
     return parts.join(" · ");
   }
 

@@ -22,6 +22,10 @@ export class Marks {
     private readonly rail: Rail,
   ) {}
 
+  get isShown(): boolean {
+    return this.shown;
+  }
+
   set isShown(shown: boolean) {
     this.shown = shown;
     this.place();

@@ -1,12 +1,14 @@
 // SPDX-FileCopyrightText: nadir contributors
 // SPDX-License-Identifier: Apache-2.0
 import { decodeNow } from "../view/images";
-import type { LastView, LiveImage, Measures, WayBack } from "../wire/records";
+import type { LastView, LiveImage, Measures, State, WayBack } from "../wire/records";
+import { Delay } from "./delay";
 import { byId, el, icon, say } from "./dom";
 import { amount, clock, count, S } from "./strings";
 
 const FOUND: WayBack = { type: "way_back", lost: false, known: false, turn: 0, distance: 0, sigma: 0 };
 const POINT_PX = 3;
+const LATE_SECONDS = 3;
 
 /** Decodes pictures one after the other; while one is decoded only the newest of those that come is kept. */
 class Decoder<T extends { jpeg: Uint8Array }> {
@@ -55,18 +57,21 @@ export class Picture {
   private readonly caption = el("figcaption", "", S.live.none);
   private readonly title = el("p", "title", S.live.none);
   private readonly warnings = el("p", "warnings");
+  private readonly smallWarnings = el("span", "warnings");
+  private faults = "";
   private readonly way: HTMLElement;
   private readonly wayArrow = icon("arrow");
   private readonly wayText = el("span", "");
   private readonly images: Decoder<LiveImage>;
   private readonly views: Decoder<LastView>;
   private newest: LiveImage | null = null;
+  private delay = new Delay();
   private lost = false;
 
   constructor(broken: () => void) {
     this.images = new Decoder((bitmap, image) => { this.paint(bitmap, image); }, broken);
     this.views = new Decoder((bitmap) => { draw(this.ghost, bitmap); }, broken);
-    const frame = el("button", "frame", el("figure", "", this.smallCanvas, this.caption));
+    const frame = el("button", "frame", el("figure", "", this.smallCanvas, this.smallWarnings, this.caption));
     frame.type = "button";
     frame.title = S.live.open;
     frame.addEventListener("click", () => {
@@ -112,7 +117,13 @@ export class Picture {
       const advice = low !== null && value < low ? S.tooLow[quantity] : high !== null && value > high ? S.tooHigh[quantity] : undefined;
       return advice === undefined ? [] : [advice.text];
     });
-    say(this.warnings, found.join(" · "));
+    this.faults = found.join(" · ");
+    this.warn();
+  }
+
+  setState(state: State): void {
+    this.delay.setState(state, performance.now() / 1000);
+    this.warn();
   }
 
   redraw(): void {
@@ -121,12 +132,16 @@ export class Picture {
 
   clear(): void {
     this.newest = null;
+    this.delay = new Delay();
+    this.faults = "";
+    this.warn();
     this.setWayBack(FOUND);
     this.mark(null);
   }
 
   private paint(bitmap: ImageBitmap, image: LiveImage): void {
     this.newest = image;
+    this.warn();
     this.small.classList.add("some");
     say(this.caption, `${S.live.caption(image.image)} · ${clock(image.time)}`);
     say(this.title, [S.live.caption(image.image), clock(image.time), S.live.tiePoints(count(image.tiePoints.length / 2))].join(" · "));
@@ -136,6 +151,13 @@ export class Picture {
     }
     draw(this.canvas, bitmap);
     this.mark(image);
+  }
+
+  private warn(): void {
+    const late = this.newest === null ? 0 : this.delay.of(this.newest.time, performance.now() / 1000);
+    const said = [this.faults, late > LATE_SECONDS ? S.live.late(Math.round(late)) : ""].filter((part) => part !== "").join(" · ");
+    say(this.warnings, said);
+    say(this.smallWarnings, said);
   }
 
   private mark(image: LiveImage | null): void {

@@ -6,12 +6,13 @@ import type { Counts, View } from "../view/view";
 import type { State, Statistics } from "../wire/records";
 import { el, toggle } from "./dom";
 import type { Equipment } from "./equipment";
+import type { Marks } from "./marks";
 import type { Picture } from "./picture";
 import type { Stage } from "./rail";
 import { count, S } from "./strings";
 
 /** changed: builds the sheet anew. */
-export function layerSwitches(view: View | null, picture: Picture, stage: Stage, changed: () => void): HTMLElement {
+export function layerSwitches(view: View | null, picture: Picture, marks: Marks, stage: Stage, changed: () => void): HTMLElement {
   const flip = (change: () => void) => () => {
     change();
     view?.applyLayers();
@@ -28,8 +29,9 @@ export function layerSwitches(view: View | null, picture: Picture, stage: Stage,
   const planes = (["quads", "points"] as const).map((style) =>
     toggle(S.layers[style], layers.planes === style, flip(() => (layers.planes = layers.planes === style ? "off" : style))),
   );
-  const switches = [simple("mosaic"), simple("coverage"), legend(), simple("plan"), ...planes, simple("tiePoints"), simple("cameras")];
-  return el("div", "switches", ...switches);
+  const ofMarks = toggle(S.layers.marks, marks.isShown, flip(() => (marks.isShown = !marks.isShown)));
+  const ofGround = [simple("mosaic"), simple("coverage"), legend(), simple("plan")];
+  return el("div", "switches", ...ofGround, ...planes, simple("tiePoints"), simple("cameras"), ofMarks);
 }
 
 function legend(): HTMLElement {

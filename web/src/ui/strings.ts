@@ -201,7 +201,7 @@ export const S = {
     input: "Source",
   },
   equipment: { none: "The equipment is checked on a live dive" },
-  live: { title: "Image", open: "Open the image view", none: "No image yet", caption: (image: number) => `image ${image}`, tiePoints: (count: string) => `${count} tie points` },
+  live: { title: "Image", open: "Open the image view", none: "No image yet", late: (seconds: number) => `${seconds} s late`, caption: (image: number) => `image ${image}`, tiePoints: (count: string) => `${count} tie points` },
   close: "Close",
   back: "Back",
   no3d: "This browser cannot draw in 3D (WebGL 2). State, alerts and the current image work.",

@@ -47,8 +47,8 @@ export class Cameras {
   readonly vehicle: Mesh<BufferGeometry, MeshBasicMaterial>;
   readonly poses = new Map<number, Pose>();
   newest: Pose | null = null;
-  /** Of the undistorted images, px; 0 while unknown. */
-  focalLength = 0;
+  /** Of the undistorted images. */
+  camera: CameraInfo | null = null;
   private slots = new Map<number, number>();
   private pathIsStale = false;
   private readonly frusta: LineSegments<InstancedBufferGeometry, ShaderMaterial>;
@@ -104,11 +104,11 @@ export class Cameras {
 
   /** Survey units that a pixel of the mapped images covers at a distance; 0 while the camera is not known. */
   pixelAt(distance: number): number {
-    return this.focalLength > 0 ? distance / this.focalLength : 0;
+    return this.camera === null ? 0 : (2 * distance) / (this.camera.fx + this.camera.fy);
   }
 
   setCamera(camera: CameraInfo): void {
-    this.focalLength = (camera.fx + camera.fy) / 2;
+    this.camera = camera;
     this.setShape(camera);
   }
 

@@ -20,14 +20,18 @@ export interface Sight {
 }
 
 export class Ground {
+  /** Of the newest image that has one. */
+  newest: PlaneGrid | null = null;
   private readonly grids = new Map<number, PlaneGrid>();
 
   set(grid: PlaneGrid): void {
     this.grids.set(grid.image, grid);
+    if (this.newest === null || grid.image >= this.newest.image) this.newest = grid;
   }
 
   clear(): void {
     this.grids.clear();
+    this.newest = null;
   }
 
   /** Every image whose plane the ray meets within the picture, in no order. */

@@ -31,6 +31,9 @@ export interface Unpacked extends Size {
 export type Outcome = { id: number } & (Unpacked | { fault: string });
 
 interface Waiting {
+  job: Job;
+  /** It was in the hands of a thread that failed. */
+  wasLost: boolean;
   resolve(unpacked: Unpacked): void;
   reject(fault: Error): void;
 }
@@ -60,7 +63,7 @@ export async function unpack(
 ): Promise<Unpacked> {
   return new Promise((resolve, reject) => {
     const job = { id: ++jobs, picture: own(picture), mask: mask === null ? null : own(mask), sizes, bitmap };
-    pending.set(job.id, { resolve, reject });
+    pending.set(job.id, { job, wasLost: false, resolve, reject });
     queue.push(job);
     handOut();
   });
@@ -81,8 +84,7 @@ function handOut(): void {
   while (pending.size - queue.length < AT_ONCE) {
     const job = queue.shift();
     if (job === undefined) return;
-    const transfer = [job.picture, job.mask].flatMap((part) => (part instanceof Uint8Array ? [part.buffer] : []));
-    workers[job.id % workers.length]?.postMessage(job, { transfer });
+    workers[job.id % workers.length]?.postMessage(job);  // a copy: it may be lost there
   }
 }
 
@@ -103,18 +105,21 @@ function startWorkers(): Worker[] {
   });
 }
 
-/** What was in hand is lost; what waits is not. */
+/** What was in hand is tried once more: one that a thread failed by would keep all others waiting for ever. */
 function startAgain(): void {
   if (failed) return;
   failed = true;
   workers.forEach((worker) => { worker.terminate(); });
   workers = [];
-  const waiting = new Set(queue.map(({ id }) => id));
-  for (const [id, inHand] of pending) {
-    if (waiting.has(id)) continue;
-    pending.delete(id);
-    inHand.reject(new Error("the thread that unpacks pictures failed"));
+  const waiting = new Set(queue);
+  const inHand = [...pending.values()].filter(({ job }) => !waiting.has(job));
+  for (const lost of inHand.filter(({ wasLost }) => wasLost)) {
+    pending.delete(lost.job.id);
+    lost.reject(new Error("the thread that unpacks pictures failed"));
   }
+  const again = inHand.filter(({ wasLost }) => !wasLost);
+  for (const one of again) one.wasLost = true;
+  queue.push(...again.map(({ job }) => job));
   setTimeout(() => {
     failed = false;
     handOut();

@@ -1,22 +1,28 @@
 // SPDX-FileCopyrightText: nadir contributors
 // SPDX-License-Identifier: Apache-2.0
-// Bytes that are seldom asked for, where the browser may put them on its disk: many in one file, since to make a file
-// costs it more than to unpack a picture. The newest stay with the page: tiles are superseded soon, and a page that is told
-// a whole dive at once has better to do.
+// Bytes that are seldom asked for, on the browser's disk: many in one file, since to make a file costs it more than to
+// unpack a picture. The newest stay with the page: tiles are superseded soon, and a page that is told a whole dive at once
+// has better to do.
+import { onDisk } from "./disk_file";
 
 const FILE_BYTES = 8 << 20;
 const HELD_BYTES = 32 << 20;
 
 export type Bytes = Uint8Array<ArrayBuffer>;
 
+/** First in memory, then on the disk. */
+interface File {
+  blob: Blob;
+}
+
 export class Kept {
-  constructor(private held: Bytes | { file: Blob; from: number; to: number }) {}
+  constructor(private held: Bytes | { file: File; from: number; to: number }) {}
 
   get bytes(): Bytes | Blob {
-    return this.held instanceof Uint8Array ? this.held : this.held.file.slice(this.held.from, this.held.to);
+    return this.held instanceof Uint8Array ? this.held : this.held.file.blob.slice(this.held.from, this.held.to);
   }
 
-  moveTo(file: Blob, from: number, to: number): void {
+  moveTo(file: File, from: number, to: number): void {
     this.held = { file, from, to };
   }
 }
@@ -50,7 +56,8 @@ export class Store {
       moved.set(kept, bytes);
       size += bytes.length;
     }
-    const file = new Blob([...moved.values()]);
+    const file = { blob: new Blob([...moved.values()]) };
+    void onDisk(file.blob).then((stored) => (file.blob = stored));
     let from = 0;
     for (const [kept, { length }] of moved) {
       kept.moveTo(file, from, from + length);

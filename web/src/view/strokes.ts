@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: nadir contributors
 // SPDX-License-Identifier: Apache-2.0
-// Lines drawn over everything: the plan and its lanes, the way to the nearest gap, the ruler.
+// Lines drawn over everything: the plan and its lanes, the way to the nearest gap, what the camera sees, the ruler.
 import { Group } from "three";
 import { LineMaterial } from "three/addons/lines/LineMaterial.js";
 import { LineSegments2 } from "three/addons/lines/LineSegments2.js";
@@ -38,10 +38,13 @@ class Stroke {
 export class Strokes {
   readonly plan = new Group();
   readonly tools = new Group();
+  readonly footprint = new Group();
   private readonly outline: Stroke;
   private readonly lanes: Stroke;
   private readonly lane: Stroke;
   private readonly way: Stroke;
+  private readonly footprintRim: Stroke;
+  private readonly footprintEdge: Stroke;
   private readonly rulerRim: Stroke;
   private readonly ruler: Stroke;
   private guidance: Guidance | null = null;
@@ -53,9 +56,12 @@ export class Strokes {
     this.lanes = new Stroke(origin, 0xffffff, 1.5);
     this.lane = new Stroke(origin, 0x56c8f0, 5);
     this.way = new Stroke(origin, 0xff6a3d, 4, true);
+    this.footprintRim = new Stroke(origin, 0x000000, 5);
+    this.footprintEdge = new Stroke(origin, 0xffffff, 2.5);
     this.rulerRim = new Stroke(origin, 0x000000, 7);
     this.ruler = new Stroke(origin, 0xffe14d, 4);
     this.plan.add(this.outline.object, this.lanes.object, this.lane.object, this.way.object);
+    this.footprint.add(this.footprintRim.object, this.footprintEdge.object);
     this.tools.add(this.rulerRim.object, this.ruler.object);
   }
 
@@ -64,7 +70,7 @@ export class Strokes {
     this.height = height;
     const at = ([x, y]: Vec2): Vec3 => [x, y, height];
     const { plan, lanes, lane } = guidance;
-    this.outline.draw(plan.map((corner, i): Segment => [at(corner), at(plan[(i + 1) % plan.length] ?? corner)]));
+    this.outline.draw(closed(plan.map(at)));
     const drawn = lanes.map(({ from, to }): Segment => [at(from), at(to)]);
     this.lanes.draw(drawn.filter((_, i) => i !== lane));
     this.lane.draw(drawn.filter((_, i) => i === lane));
@@ -76,6 +82,13 @@ export class Strokes {
     this.drawWay();
   }
 
+  /** Corners in turn. */
+  setFootprint(corners: readonly Vec3[]): void {
+    const edges = closed(corners);
+    this.footprintRim.draw(edges);
+    this.footprintEdge.draw(edges);
+  }
+
   setRuler(ends: readonly Vec3[]): void {
     const [from, to] = ends;
     const segments: Segment[] = from === undefined || to === undefined ? [] : [[from, to]];
@@ -85,6 +98,7 @@ export class Strokes {
 
   clear(): void {
     this.guidance = this.vehicle = null;
+    this.setFootprint([]);
     for (const stroke of [this.outline, this.lanes, this.lane, this.way, this.rulerRim, this.ruler]) stroke.draw([]);
   }
 
@@ -93,4 +107,8 @@ export class Strokes {
     const { vehicle, height } = this;
     this.way.draw(nearest === undefined || vehicle === null ? [] : [[[vehicle[0], vehicle[1], height], [...nearest.centre, height]]]);
   }
+}
+
+function closed(corners: readonly Vec3[]): Segment[] {
+  return corners.map((corner, i): Segment => [corner, corners[(i + 1) % corners.length] ?? corner]);
 }

@@ -7,6 +7,7 @@ import { Cameras, forward } from "./cameras";
 import { CoarsePicture } from "./coarse_picture";
 import { Coverage } from "./coverage";
 import { Eye, type Look, type Margins } from "./eye";
+import { footprint } from "./footprint";
 import { Ground, type Ray, type Sight } from "./ground";
 import { Mosaics } from "./mosaics";
 import { Origin } from "./origin";
@@ -87,6 +88,7 @@ export class View {
   private groundHeight: number | null = null;
   private bounds = new Box3();
   private framing: Framing = "all";
+  private footprintIsStale = false;
   private readonly refinements = new Rounds(() => void this.refine());
   private jumps = false;
 
@@ -107,6 +109,7 @@ export class View {
       this.cameras.vehicle,
       this.coverage.object,
       this.strokes.plan,
+      this.strokes.footprint,
       this.strokes.tools,
     );
     listenForTaps(canvas, (x, y) => {
@@ -149,10 +152,12 @@ export class View {
     switch (record.type) {
       case "camera":
         this.cameras.setCamera(record);
+        this.footprintIsStale = true;
         break;
       case "pose":
         this.cameras.setPose(record);
         if (this.cameras.newest !== null) this.strokes.setVehicle(this.cameras.newest.position);
+        this.footprintIsStale = true;
         this.include(record.position);
         this.include(reach(record.position, forward(record), this.range));
         break;
@@ -161,6 +166,7 @@ export class View {
         break;
       case "plane_grid": {
         this.ground.set(record);
+        this.footprintIsStale = true;
         const centre = pointOf(record, record.columns / 2, record.rows / 2);
         if (centre !== null) this.measureRange(record.camera, centre);
         await this.planes.setGrid(record);
@@ -183,6 +189,7 @@ export class View {
         break;
       case "guidance":
         this.strokes.setGuidance(record, this.groundHeight ?? 0);
+        for (const [x, y] of record.plan) this.include([x, y, this.groundHeight ?? 0]);
         break;
       case "state":
         this.cameras.setLost(record.tracking === "lost" && !record.finished);
@@ -229,6 +236,7 @@ export class View {
     this.cameras.setPyramids(look === "scene");
     this.coverage.object.visible = layers.coverage;
     this.strokes.plan.visible = layers.plan;
+    this.strokes.footprint.visible = layers.cameras;
   }
 
   /** Looks straight down on what is in sight. */
@@ -311,6 +319,7 @@ export class View {
   private render(now: number, seconds: number): boolean {
     if (!this.pace.isCatchingUp()) this.setQuality(this.budget.begin(now));
     this.cameras.update();
+    this.drawFootprint();
     this.cameras.setSize(0.2 * (this.range || 1));
     // While much is told, the eye jumps: what it would pass on its way is drawn for nothing.
     const moving = this.frame(this.jumps || this.pace.isCatchingUp() ? 0 : Math.min(LONGEST_STEP_S, seconds));
@@ -355,6 +364,17 @@ export class View {
     const { origin, direction } = caster.ray;
     const at = this.origin.point;
     return { from: [origin.x + at[0], origin.y + at[1], origin.z + at[2]], direction: [direction.x, direction.y, direction.z] };
+  }
+
+  /** What the vehicle's camera sees of the newest ground that was found. */
+  private drawFootprint(): void {
+    if (!this.footprintIsStale) return;
+    this.footprintIsStale = false;
+    const { newest, camera } = this.cameras;
+    const ground = this.ground.newest;
+    const corners = newest === null || camera === null || ground === null ? [] : footprint(newest, camera, ground);
+    corners.forEach((corner) => { this.include(corner); });
+    this.strokes.setFootprint(corners);
   }
 
   private include(point: Vec3): void {
