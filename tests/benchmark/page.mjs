@@ -3,13 +3,14 @@
 // The page with a long dive, in a headless Chromium that draws in software: how soon it is complete, how long a picture
 // takes while the scene turns against the same cloud drawn as so many points, what the browser holds as the dive goes on,
 // and what is left in the device of pages that were killed.
-// node tests/benchmark/page.mjs [late] [growing] [reopening]
+// node tests/benchmark/page.mjs [late] [growing] [reopening] [served]
 //
 // The dive is a short simulated one that nadir maps, laid side by side until it has as many images.
 import { spawn } from "node:child_process";
 import { createHash } from "node:crypto";
 import { readFileSync, readdirSync } from "node:fs";
 import http from "node:http";
+import net from "node:net";
 import { createRequire } from "node:module";
 import path from "node:path";
 import { fileURLToPath } from "node:url";
@@ -124,17 +125,20 @@ function framed(record) {
   return Buffer.concat([header, record]);
 }
 
-/** Serves the page as the server does, fed with these records in place of its own; others may answer what they know. */
-async function frontWith(records, answers = () => false) {
+/** Serves the page as the server does, fed with these records in place of its own, or by the server behind a port; others
+ *  may answer what they know. */
+async function frontWith(feed, answers = () => false) {
+  const behind = Array.isArray(feed) ? port : feed;
   const sockets = [];
   const front = http.createServer((request, response) => {
     if (answers(request, response)) return;
-    http.get({ host: "127.0.0.1", port, path: request.url, headers: request.headers }, (answer) => {
+    http.get({ host: "127.0.0.1", port: behind, path: request.url, headers: request.headers }, (answer) => {
       response.writeHead(answer.statusCode, answer.headers);
       answer.pipe(response);
     });
   });
-  front.on("upgrade", (request, socket) => {
+  front.on("upgrade", (request, socket, head) => {
+    if (!Array.isArray(feed)) return passOn(request, socket, head, behind);
     const key = createHash("sha1").update(`${request.headers["sec-websocket-key"]}258EAFA5-E914-47DA-95CA-C5AB0DC85B11`).digest("base64");
     socket.write(`HTTP/1.1 101 Switching Protocols\r\nUpgrade: websocket\r\nConnection: Upgrade\r\nSec-WebSocket-Accept: ${key}\r\n\r\n`);
     const welcome = Buffer.alloc(HEADER + 16);
@@ -142,12 +146,22 @@ async function frontWith(records, answers = () => false) {
     welcome.writeBigUInt64LE(7n, HEADER);
     const caughtUp = Buffer.alloc(HEADER + 16);
     caughtUp.set([TYPE.caughtUp, VERSION]);
-    for (const record of [welcome, ...records, caughtUp]) socket.write(framed(record));
+    for (const record of [welcome, ...feed, caughtUp]) socket.write(framed(record));
     socket.on("error", () => socket.destroy());
     sockets.push(socket);
   });
   await new Promise((resolve) => front.listen(0, "127.0.0.1", resolve));
   return { port: front.address().port, send: (record) => sockets.at(-1).write(framed(record)), close: () => front.close() };
+}
+
+/** A WebSocket to the server behind a port, byte by byte. */
+function passOn(request, socket, head, port) {
+  const far = net.connect(port, "127.0.0.1");
+  const fields = Object.entries(request.headers).map(([name, value]) => `${name}: ${value}\r\n`);
+  far.write(`GET ${request.url} HTTP/1.1\r\n${fields.join("")}\r\n`);
+  far.write(head);
+  far.pipe(socket).pipe(far);
+  for (const end of [far, socket]) end.on("error", () => [far, socket].forEach((one) => one.destroy()));
 }
 
 async function openWith(browser, records) {
@@ -158,7 +172,7 @@ async function openWith(browser, records) {
 
 /** Milliseconds from the page's first request until it has drawn so many planes and tiles, in a browser that nothing but
  *  the page keeps busy: a debugger is told all that comes over a socket once more, which takes as much as the page does. */
-async function unwatched(records, planes, tiles) {
+async function unwatched(feed, planes, tiles) {
   const probe = `const timer = setInterval(() => {
     const { counts, isDrawn } = window.nadir;
     if (counts.planes < ${planes} || counts.mosaicTiles < ${tiles} || !isDrawn) return;
@@ -167,7 +181,7 @@ async function unwatched(records, planes, tiles) {
   }, 20);`;
   let begun, drawn;
   const isDrawn = new Promise((resolve) => (drawn = resolve));
-  const front = await frontWith(records, ({ url }, response) => {
+  const front = await frontWith(feed, ({ url }, response) => {
     if (url === "/") begun ??= performance.now();
     if (url === "/drawn") drawn(performance.now());
     // The browser is at rest before it is asked for the page.
@@ -191,6 +205,23 @@ async function unwatched(records, planes, tiles) {
   await ended;
   front.close();
   return at - begun;
+}
+
+/** The same of a nadir that has mapped so many images and serves them itself. */
+async function servedLate(folder, images) {
+  const survey = path.join(folder, "long");
+  harness.simulate(survey, "--scene", "pool", "--images", String(images), "--stereo", "--seed", "7");
+  const port = await harness.freePort();
+  const run = await harness.replay(survey, path.join(folder, "served"), port, "--keep-serving", "--rate", "max");
+  const { page, read } = await harness.openPage(browser, port);
+  const { state } = await until("the dive mapped", read, ({ state, counts }) => state?.finished === true && counts.planes >= state.planes, 1200);
+  await page.close();
+  const times = [];
+  for (let i = 0; i < LATE_VIEWERS; ++i) times.push((await unwatched(port, state.planes, state.mosaicTiles)) / 1000);
+  console.log(`${state.planes} planes and ${state.mosaicTiles} tiles of ${images} images, by nadir itself: ${times.map((time) => time.toFixed(2)).join(", ")} s`);
+  say("all of it is drawn after", median(times), "s", 3);
+  run.stop();
+  await run.ended;
 }
 
 /** Median milliseconds from picture to picture while the scene turns under the mouse. */
@@ -370,8 +401,9 @@ async function reopening(browser, survey, folder, times) {
   await pause(12_000); // what is silent is let go
   say(`memory of the device after ${times - before.after} more pages were killed`, memory(run.pid) - before.memory, "MB", 2);
   say("files it holds more", files() - before.files, "", 0);
-  const seconds = (some) => (median(some) / 1000).toFixed(2);
-  console.log(`complete after ${seconds(took.slice(before.after, before.after + 10))} s, at last ${seconds(took.slice(-10))} s`);
+  const [first, last] = [took.slice(before.after, before.after + 10), took.slice(-10)].map((some) => median(some) / 1000);
+  console.log(`complete after ${first.toFixed(2)} s, at last ${last.toFixed(2)} s`);
+  say("the last to the first", last / first, "", 1.3);
   run.stop();
   await run.ended;
 }
@@ -383,7 +415,7 @@ const browser = await harness.chromium();
 const port = await harness.freePort();
 const server = await harness.replay(survey, path.join(folder, "dive"), port, "--keep-serving");
 const records = await recordsOf(browser, port);
-const parts = { late: () => lateViewer(browser, records), growing: () => growing(browser, records, 5000), reopening: () => reopening(browser, survey, folder, 50) };
+const parts = { late: () => lateViewer(browser, records), growing: () => growing(browser, records, 5000), reopening: () => reopening(browser, survey, folder, 50), served: () => servedLate(folder, 520) };
 for (const part of process.argv.length > 2 ? process.argv.slice(2) : Object.keys(parts)) await parts[part]();
 server.stop();
 await browser.close();

@@ -2,11 +2,11 @@
 // SPDX-License-Identifier: Apache-2.0
 // Who may command, and marks: the device's own screen, a tablet that scanned the code, one that did not.
 import assert from "node:assert/strict";
-import { mkdirSync, readFileSync } from "node:fs";
+import { readFileSync } from "node:fs";
 import path from "node:path";
 import test from "node:test";
 import * as harness from "./harness.mjs";
-import { until } from "./harness.mjs";
+import { keep, tap, until } from "./harness.mjs";
 
 const NOTE = "anchor, 2 m";
 const folder = harness.temporaryFolder();
@@ -15,18 +15,6 @@ const dive = path.join(folder, "dive");
 assert.deepEqual(harness.missing, [], "not there");
 harness.simulate(survey, "--scene", "pool", "--images", "60", "--stereo", "--seed", "7");
 
-/** Where pictures of the page are kept to be looked at. */
-const pictures = process.env.NADIR_PICTURES;
-if (pictures) mkdirSync(pictures, { recursive: true });
-const keep = async (page, name) => {
-  if (pictures) await page.screenshot({ path: path.join(pictures, `${name}.png`) });
-};
-
-const tap = async (page, selector) => {
-  const target = page.locator(selector).first();
-  await target.waitFor();
-  await target.tap();
-};
 const open = async (page, ...items) => {
   await tap(page, "nav >> text=Menu");
   for (const item of items) await tap(page, `#panel .wide:has(.label:text-is('${item}'))`);

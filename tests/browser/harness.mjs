@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // A nadir that replays a simulated dive, a connection to it that can be cut, and a headless Chromium.
 import { spawn, spawnSync } from "node:child_process";
-import { existsSync, mkdtempSync, readFileSync, rmSync } from "node:fs";
+import { existsSync, mkdirSync, mkdtempSync, readFileSync, rmSync } from "node:fs";
 import { createRequire } from "node:module";
 import net from "node:net";
 import { tmpdir } from "node:os";
@@ -171,6 +171,19 @@ export async function patchMeans(browser, png, patches) {
   await page.close();
   return means;
 }
+
+/** Where pictures of the page are kept to be looked at. */
+const pictures = process.env.NADIR_PICTURES;
+if (pictures) mkdirSync(pictures, { recursive: true });
+export const keep = async (page, name) => {
+  if (pictures) await page.screenshot({ path: path.join(pictures, `${name}.png`) });
+};
+
+export const tap = async (page, selector) => {
+  const target = page.locator(selector).first();
+  await target.waitFor();
+  await target.tap();
+};
 
 export const pause = (milliseconds) => new Promise((resolve) => setTimeout(resolve, milliseconds));
 

@@ -2,15 +2,13 @@
 // SPDX-License-Identifier: Apache-2.0
 // The page as a hand in a glove uses it, on a tablet held either way: node --test tests/browser
 import assert from "node:assert/strict";
-import { cpSync, existsSync, mkdirSync, readFileSync, rmSync, readdirSync, writeFileSync } from "node:fs";
-import { createRequire } from "node:module";
+import { cpSync, existsSync, readFileSync, rmSync, readdirSync, writeFileSync } from "node:fs";
 import path from "node:path";
 import test from "node:test";
+import { barriers, tooSmall } from "./fitness.mjs";
 import * as harness from "./harness.mjs";
-import { pause, until } from "./harness.mjs";
+import { keep, pause, tap, until } from "./harness.mjs";
 
-const TOUCH_PX = 88; // 15 mm on a 10-inch tablet
-const TEXT_PX = 16;
 const SEED = "7";
 
 const folder = harness.temporaryFolder();
@@ -18,51 +16,6 @@ const survey = path.join(folder, "survey");
 assert.deepEqual(harness.missing, [], "not there");
 harness.simulate(survey, "--scene", "pool", "--images", "40", "--stereo", "--seed", SEED);
 
-/** Where pictures of the page are kept to be looked at. */
-const pictures = process.env.NADIR_PICTURES;
-if (pictures) mkdirSync(pictures, { recursive: true });
-const keep = async (page, name) => {
-  if (pictures) await page.screenshot({ path: path.join(pictures, `${name}.png`) });
-};
-
-const axe = readFileSync(createRequire(new URL("../../web/package.json", import.meta.url)).resolve("axe-core/axe.min.js"), "utf8");
-
-/** Faults of accessibility that keep somebody from using the page. */
-async function barriers(page) {
-  await page.evaluate(axe);
-  const { violations } = await page.evaluate(() => window.axe.run(document, { resultTypes: ["violations"] }));
-  const serious = violations.filter(({ impact }) => impact === "serious" || impact === "critical");
-  return serious.map(({ id, nodes }) => `${id}: ${nodes.map(({ html }) => html.slice(0, 120)).join(" | ")}`);
-}
-
-/** What can be touched and is smaller than a finger in a glove, and text that is too small. */
-const tooSmall = (page) =>
-  page.evaluate(
-    ([touch, text]) => {
-      const shown = (element) => element.checkVisibility({ visibilityProperty: true });
-      const name = (element) => `${element.tagName} ${element.className} ${element.textContent.slice(0, 30)}`;
-      const targets = [...document.querySelectorAll("button, a, input, textarea, [role=switch]")].filter(shown);
-      const small = targets.filter((target) => {
-        const { width, height } = target.getBoundingClientRect();
-        return width < touch - 0.5 || height < touch - 0.5;
-      });
-      const walker = document.createTreeWalker(document.body, NodeFilter.SHOW_TEXT);
-      const fine = [];
-      while (walker.nextNode()) {
-        const parent = walker.currentNode.parentElement;
-        if (walker.currentNode.textContent.trim() === "" || !shown(parent) || parent.tagName === "SCRIPT") continue;
-        if (parseFloat(getComputedStyle(parent).fontSize) < text) fine.push(parent);
-      }
-      return [...small.map(name), ...fine.map((element) => `text of ${name(element)}`)];
-    },
-    [TOUCH_PX, TEXT_PX],
-  );
-
-const tap = async (page, selector) => {
-  const target = page.locator(selector).first();
-  await target.waitFor();
-  await target.tap();
-};
 const tapGround = async (page, [x, y, z]) => {
   const at = await page.evaluate(([x, y, z]) => window.nadir.screenOf(x, y, z), [x, y, z]);
   await page.touchscreen.tap(at.x, at.y);

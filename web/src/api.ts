@@ -125,8 +125,8 @@ export class Api {
 
   /** Where a tablet may control the device; only the device's own screen is told. */
   async controlAddress(): Promise<string | null> {
-    const answer = await this.ask<{ url: string | null }>("GET", "token");
-    return answer.ok ? answer.value.url : null;
+    const answer = await this.ask<{ token: string; url: string | null }>("GET", "token");
+    return answer.ok && answer.value.url !== null ? `${answer.value.url}#token=${answer.value.token}` : null;
   }
 
   /** The link is up, perhaps to a device that has begun anew: whoever stands before its own screen may control it. */

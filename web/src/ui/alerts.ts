@@ -26,7 +26,7 @@ const RESOLVES: Partial<Record<string, readonly string[]>> = {
   submap_joined: ["tracking_lost", "submap_started"],
   camera_back: ["camera_lost"],
 };
-const ICONS: Record<AlertLevel, Icon> = { bad: "warning", warning: "warning", good: "check", note: "info" };
+const ICONS: Record<AlertLevel, Icon> = { bad: "stop", warning: "warning", good: "check", note: "info" };
 /** A bad one stays until it is acknowledged or over. */
 const SHOWN_SECONDS: Record<AlertLevel, number> = { bad: Infinity, warning: 30, good: 8, note: 8 };
 /** Tones in Hz, each a sixth of a second, and the same as vibration. */

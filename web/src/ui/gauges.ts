@@ -46,6 +46,8 @@ const TRACKING_ICONS = { waiting: "wait", initialising: "search", tracking: "che
 const TRACKING_LEVELS = { waiting: "plain", initialising: "note", tracking: "good", lost: "bad" } as const;
 /** Shown once they are known; the others always. */
 const ONLY_IF_KNOWN: readonly Quantity[] = ["depth", "heading", "battery"];
+/** For images to be saved. */
+const ROOM = ["free_space", "recording_left"] as const;
 
 export class Gauges {
   private readonly recording = new Gauge("recording", S.gauges.recording);
@@ -120,18 +122,18 @@ export class Gauges {
     }
     const levels = { waiting: "note", recording: "good", paused: "bad", ended: "plain" } as const;
     const icons = { waiting: "wait", recording: "record", paused: "warning", ended: "flag" } as const;
-    this.recording.show(S.phases[dive.phase], this.savedText(dive, state), levels[dive.phase], icons[dive.phase]);
+    const isShort = dive.phase === "recording" && ROOM.some((name) => isLow(this.measures.get(name)));
+    this.recording.show(S.phases[dive.phase], this.savedText(dive, state), isShort ? "warning" : levels[dive.phase], icons[dive.phase]);
   }
 
+  /** What matters most first: the rest may find no place. */
   private savedText(dive: Recording, state: State | null): string {
-    const parts = [S.saved(count(dive.saved))];
+    const [space, left] = ROOM.map((name) => this.measures.get(name)?.value);
+    const room = space === undefined ? [] : [`${(space / 1e9).toFixed(space < 1e10 ? 1 : 0)} GB`];
+    if (left !== undefined && left < 48 * 3600) room.push(clock(left));
     const lost = (state?.lost ?? 0) + (state?.dropped ?? 0);
-    if (lost > 0) parts.push(S.missing(count(lost)));
-    const left = this.measures.get("recording_left");
-    const space = this.measures.get("free_space");
-    if (left !== undefined && left.value < 48 * 3600) parts.push(S.timeLeft(clock(left.value)));
-    if (space !== undefined) parts.push(S.spaceLeft(`${(space.value / 1e9).toFixed(space.value < 1e10 ? 1 : 0)} GB`));
-    return parts.join(" · ");
+    const parts = [room.length > 0 ? S.left(room.join(", ")) : "", lost > 0 ? S.missing(count(lost)) : "", S.saved(count(dive.saved))];
+    return parts.filter((part) => part !== "").join(" · ");
   }
 
   private showTracking(): void {
@@ -144,11 +146,12 @@ export class Gauges {
       this.tracking.show(S.recorded.reads, "", "note", "wait");
       return;
     }
+    const isStale = this.link !== "live";
     document.body.dataset["tracking"] = state.finished ? "finished" : state.tracking;
     if (state.finished) this.tracking.show(S.finished, scaleText(state), state.scale === "none" ? "warning" : "plain", "flag");
     else {
       const advice = state.tracking === "tracking" ? scaleText(state) : S.advice[state.tracking];
-      const level = state.tracking === "tracking" && state.scale === "none" ? "warning" : TRACKING_LEVELS[state.tracking];
+      const level = isStale ? "plain" : state.tracking === "tracking" && state.scale === "none" ? "warning" : TRACKING_LEVELS[state.tracking];
       this.tracking.show(S.tracking[state.tracking], advice, level, TRACKING_ICONS[state.tracking]);
     }
   }
@@ -160,11 +163,12 @@ export class Gauges {
       gauge.show("–", "", "plain");
       return;
     }
-    const low = measure.low !== null && measure.value < measure.low;
+    const low = isLow(measure);
     const high = measure.high !== null && measure.value > measure.high;
     const advice = low ? S.tooLow[name] : high ? S.tooHigh[name] : undefined;
     const known = measure.low !== null || measure.high !== null;
-    gauge.show(this.text(measure), advice?.text ?? "", low || high ? "warning" : known ? "good" : "plain", advice?.icon ?? null);
+    const level = this.link !== "live" ? "plain" : low || high ? "warning" : known ? "good" : "plain";
+    gauge.show(this.text(measure), advice?.text ?? "", level, advice?.icon ?? null);
   }
 
   private text({ quantity, value }: Measure): string {
@@ -194,6 +198,10 @@ export class Gauges {
     if (utc === undefined) this.clock.show(dived === "" ? "–" : dived, dived === "" ? "" : S.dived, "plain");
     else this.clock.show(new Date(1000 * utc).toTimeString().slice(0, 5), dived, "plain");
   }
+}
+
+function isLow(measure: Measure | undefined): boolean {
+  return measure !== undefined && measure.low !== null && measure.value < measure.low;
 }
 
 function scaleText(state: State): string {
