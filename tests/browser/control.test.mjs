@@ -13,7 +13,7 @@ const folder = harness.temporaryFolder();
 const survey = path.join(folder, "survey");
 const dive = path.join(folder, "dive");
 assert.deepEqual(harness.missing, [], "not there");
-harness.simulate(survey, "--scene", "pool", "--images", "60", "--stereo", "--seed", "7");
+harness.simulate(survey, "--scene", "pool", "--images", "40", "--stereo", "--seed", "7");
 
 const open = async (page, ...items) => {
   await tap(page, "nav >> text=Menu");

@@ -8,9 +8,9 @@ import path from "node:path";
 import test from "node:test";
 import decodeQR from "../../web/node_modules/qr/decode.js";
 import { difference, drag, isAgain, pixelsOf, still } from "./canvas.mjs";
-import { COVERAGE } from "./sources.mjs";
 import * as harness from "./harness.mjs";
 import { keep, pause, tap, until } from "./harness.mjs";
+import { COVERAGE } from "./sources.mjs";
 import { coverageTile, guidanceIn, poseIn } from "./wire_records.mjs";
 
 const IMAGES = 12;

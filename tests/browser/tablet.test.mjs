@@ -196,7 +196,7 @@ for (const [held, viewport] of [
 // A dive of which a stretch is missing: tracking is lost where it begins.
 test("a diver who is lost", { timeout: 300_000 }, async (t) => {
   const torn = path.join(folder, "torn");
-  harness.simulate(torn, "--scene", "pool", "--images", "40", "--stereo", "--seed", SEED);
+  cpSync(survey, torn, { recursive: true });
   for (const side of ["left", "right"]) {
     const images = path.join(torn, "images", side);
     readdirSync(images).sort().forEach((name, i) => {
@@ -208,6 +208,7 @@ test("a diver who is lost", { timeout: 300_000 }, async (t) => {
   t.after(() => browser.close());
   const run = await harness.replay(torn, path.join(folder, "lost"), port, "--rate", "1", "--keep-serving");
   const { page, errors, read } = await harness.openPage(browser, port);
+  const upright = await harness.openPage(browser, port, undefined, harness.PORTRAIT);
 
   await t.test("is cried to across the screen and sees the last good view over the live image", async () => {
     // All at one moment: a loss may be over soon.
@@ -216,10 +217,15 @@ test("a diver who is lost", { timeout: 300_000 }, async (t) => {
       const ghost = document.querySelector("#picture.lost .ghost");
       const isWide = alert !== null && alert.getBoundingClientRect().width > 0.9 * document.querySelector("main").clientWidth;
       const isSeen = ghost !== null && ghost.checkVisibility() && ghost.getBoundingClientRect().width > 600;
-      return isWide && isSeen && /^Swim/.test(document.querySelector("#picture .way").innerText);
+      return isWide && isSeen && /^Swim (back the way|[\d.]+ m ± )/.test(document.querySelector("#picture .way").innerText);
     };
-    await page.waitForFunction(isCried, null, { polling: 50, timeout: 120_000 });
-    await keep(page, "lost");
+    await Promise.all(
+      [page, upright.page].map(async (held, i) => {
+        await held.waitForFunction(isCried, null, { polling: 50, timeout: 120_000 });
+        await keep(held, i === 0 ? "lost" : "lost-portrait");
+      }),
+    );
+    assert.deepEqual([...(await tooSmall(page)), ...(await tooSmall(upright.page))], []);
   });
 
   await t.test("folds the alert away once it is over, into the list", async () => {
