@@ -121,6 +121,7 @@ std::unique_ptr<record::Dive> Beginning::begin_dive(const Config& mapping,
                                                     capture::CameraSource& cameras,
                                                     record::Disk& disk) {
   check_.stop_measuring();
+  bool failed = false;
   do {
     heart_.beat(2min);  // for some dozen calls of a slow card
     const std::filesystem::path folder = new_dive(config_.record.dives);
@@ -128,10 +129,15 @@ std::unique_ptr<record::Dive> Beginning::begin_dive(const Config& mapping,
       auto dive = std::make_unique<record::Dive>(folder, info_of(mapping), mapping.record, disk);
       folder_ = folder;
       std::fprintf(stderr, "the dive: %s\n", folder.c_str());
+      if (failed) {
+        tell({monotonic_now(), std::nullopt, AlertKind::storage_back, "the disk takes the dive",
+              "none needed"});
+      }
       dive->add(std::exchange(alerts_, {}));
       fault_.clear();
       return dive;
     } catch (const InputError& error) {
+      failed = true;
       const std::string fault = of_any_dive(error.what(), folder);
       tell_once(AlertKind::storage, fault);
       show_waiting({Verdict::bad, "disk", fault, "check the disk, its mount and record.dives"});

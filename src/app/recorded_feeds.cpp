@@ -119,12 +119,6 @@ class RecordedFeeds::Reading {
   std::vector<Alert> faults(const record::GivenAgain& given) const {
     const std::string name = dive_.filename().string();
     std::vector<Alert> faults;
-    if (given.once) {
-      faults.push_back(alert(name + ": the end of its journal is missing; " +
-                                 std::to_string(given.captured) + " of " +
-                                 several(*given.once, "image") + " are left",
-                             "tells what is left"));
-    }
     if (given.missing_records > 0) {
       faults.push_back(alert(name + ": " + several(given.missing_records, "record") +
                                  " of its journal damaged; the "
@@ -135,6 +129,12 @@ class RecordedFeeds::Reading {
       faults.push_back(alert(name + ": " + several(given.mosaics_left_out, "mosaic") +
                                  " missing or damaged on the disk; the rest is shown",
                              "makes them again"));
+    }
+    if (given.captured_once) {  // the gravest last: that one stands across the screen
+      faults.push_back(alert(name + ": the end of its journal is missing; images left: " +
+                                 std::to_string(given.captured) + " of " +
+                                 std::to_string(*given.captured_once),
+                             "tells what is left"));
     }
     return faults;
   }

@@ -40,6 +40,8 @@ std::string_view to_string(AlertKind kind) {
       return "storage";
     case AlertKind::clock:
       return "clock";
+    case AlertKind::storage_back:
+      return "storage_back";
     case AlertKind::load:
       return "load";
   }

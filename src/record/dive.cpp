@@ -109,8 +109,8 @@ std::string describe(Condition from, Condition to, int error, std::uint64_t unsa
 Alert storage_alert(const Facts& facts, std::string message, bool trouble) {
   constexpr std::string_view kRemedy =
       "free space on the disk or replace it; recording goes on by itself when it can";
-  return {facts.time, facts.image, AlertKind::storage, std::move(message),
-          trouble ? std::string(kRemedy) : std::string("none needed")};
+  return {facts.time, facts.image, trouble ? AlertKind::storage : AlertKind::storage_back,
+          std::move(message), trouble ? std::string(kRemedy) : std::string("none needed")};
 }
 
 }  // namespace

@@ -143,7 +143,7 @@ GivenAgain give_again(const path& dive, const Recorded& to, const std::stop_toke
   given.captured = ledger.counts().captured;
   given.missing_records = ledger.missing_records;
   const EarlierSummary earlier = read_summary(dive);
-  if (earlier.outlives(ledger)) given.once = earlier.captured;
+  if (earlier.outlives(ledger)) given.captured_once = earlier.captured;
   for (const auto& [number, grid] : ledger.mosaics) {
     if (!give_mosaic(dive, ledger, grid, to, stop)) ++given.mosaics_left_out;
   }

@@ -113,6 +113,7 @@ TEST_F(BeginningTest, TriesUntilTheDiskTakesTheDive) {
   const auto told = alerts.find("Read-only file system");
   ASSERT_NE(told, alerts.npos);
   EXPECT_EQ(alerts.find("Read-only file system", told + 1), alerts.npos) << "told once";
+  EXPECT_NE(alerts.find("storage_back", told), alerts.npos) << "and that it is over";
 }
 
 TEST_F(BeginningTest, WaitsForAPageToBeginAnotherDive) {

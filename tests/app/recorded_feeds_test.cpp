@@ -255,7 +255,7 @@ TEST_F(RecordedDives, SayWhenTheEndOfTheirJournalIsMissing) {
   fs::resize_file(journal, record::read_text(journal).find("dsc,2"));
   const Seen seen = watch("dive-0001", 1);
   ASSERT_EQ(seen.alerts_after_end.size(), 1u);
-  EXPECT_THAT(seen.alerts_after_end[0].message, testing::HasSubstr("2 of 4 images are left"));
+  EXPECT_THAT(seen.alerts_after_end[0].message, testing::HasSubstr("images left: 2 of 4"));
 }
 
 TEST_F(RecordedDives, AreShownWhenNothingIsLeftOfThem) {

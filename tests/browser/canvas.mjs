@@ -57,21 +57,10 @@ export async function pixelsOf(judge, png) {
 /** How many pixels two pictures of the same size do not share. */
 export async function difference(judge, one, other) {
   if (one.equals(other)) return 0;
-  return judge.evaluate(async (pictures) => {
-    const [a, b] = await Promise.all(
-      pictures.map(async (given) => {
-        const bitmap = await createImageBitmap(await (await fetch(`data:image/png;base64,${given}`)).blob());
-        const context = new OffscreenCanvas(bitmap.width, bitmap.height).getContext("2d");
-        context.drawImage(bitmap, 0, 0);
-        return context.getImageData(0, 0, bitmap.width, bitmap.height).data;
-      }),
-    );
-    let count = 0;
-    for (let i = 0; i < a.length; i += 4) {
-      if (Math.abs(a[i] - b[i]) > 12 || Math.abs(a[i + 1] - b[i + 1]) > 12 || Math.abs(a[i + 2] - b[i + 2]) > 12) ++count;
-    }
-    return count;
-  }, [one, other].map((png) => png.toString("base64")));
+  const [a, b] = (await Promise.all([pixelsOf(judge, one), pixelsOf(judge, other)])).map(({ data }) => data);
+  let count = 0;
+  for (let i = 0; i < a.length; i += 4) if ([0, 1, 2].some((k) => Math.abs(a[i + k] - b[i + k]) > 12)) ++count;
+  return count;
 }
 
 export async function isAgain(page, judge, before) {

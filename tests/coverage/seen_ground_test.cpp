@@ -25,7 +25,7 @@ double area_of(const Polygon& polygon) {
   return std::abs(twice) / 2;
 }
 
-/// Of a coverage whose border is so long: a cell more or less along it.
+/// Of ground whose border is so long: a cell more or less along it.
 double tolerance(const SeenGround& ground, double border) { return border * ground.cell(); }
 
 TEST(SeenGround, IsTheUnionOfTheFootprints) {

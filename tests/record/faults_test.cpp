@@ -130,6 +130,7 @@ TEST(FullDisk, PausesRecordingAndResumesWhenSpaceReturns) {
   disk.verdict = [](FailingDisk::Call) { return 0; };
   const auto resumed = dive.add(small.entry(3));
   ASSERT_EQ(resumed.size(), 1u);
+  EXPECT_EQ(resumed[0].kind, AlertKind::storage_back);
   EXPECT_NE(resumed[0].message.find("not recorded: 2"), std::string::npos) << resumed[0].message;
   EXPECT_EQ(dive.seen(), 4u);
   EXPECT_EQ(dive.saved(), 2u);

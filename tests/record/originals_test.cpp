@@ -132,6 +132,7 @@ TEST(Originals, NeverCostTheMap) {
   disk.full = false;
   const auto again = dive.add(with_originals(small, 2, false));
   ASSERT_EQ(again.size(), 1u);
+  EXPECT_EQ(again[0].kind, AlertKind::storage_back);
   EXPECT_THAT(again[0].message, HasSubstr("saved again"));
   EXPECT_TRUE(std::filesystem::exists(scratch / "dive/survey/images/dsc,2.jpg"));
 }

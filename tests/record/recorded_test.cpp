@@ -162,12 +162,12 @@ TEST_F(RecordedDive, IsGivenWithoutWhatIsDamaged) {
 
 TEST_F(RecordedDive, TellsHowManyImagesItOnceHadWhenTheEndOfItsJournalIsMissing) {
   record(true, small_.info());
-  EXPECT_FALSE(give(folder_).found.once);
+  EXPECT_FALSE(give(folder_).found.captured_once);
   const path journal = folder_ / "journal-000.nadir";
   std::filesystem::resize_file(journal, read_text(journal).find("dsc,2"));
   const Given given = give(folder_);
   EXPECT_EQ(given.found.captured, 2u);
-  EXPECT_EQ(given.found.once, 4u);
+  EXPECT_EQ(given.found.captured_once, 4u);
 }
 
 TEST_F(RecordedDive, IsNotWaitedForWhereAPipeIsInThePlaceOfAFile) {

@@ -48,7 +48,7 @@ class RawClient {
   static constexpr unsigned kText = 1, kBinary = 2, kClose = 8, kPing = 9, kPong = 10;
   static constexpr int kPatience = 5000;  // ms
 
-  explicit RawClient(std::uint16_t port, int receive_buffer = 0, in_addr_t from = INADDR_LOOPBACK)
+  explicit RawClient(std::uint16_t port, int receive_buffer = 0, in_addr_t from = INADDR_ANY)
       : socket_(::socket(AF_INET, SOCK_STREAM | SOCK_CLOEXEC, 0)), port_(port) {
     if (receive_buffer > 0) {
       ::setsockopt(socket_, SOL_SOCKET, SO_RCVBUF, &receive_buffer, sizeof receive_buffer);
@@ -58,7 +58,10 @@ class RawClient {
     sockaddr_in address{};
     address.sin_family = AF_INET;
     address.sin_addr.s_addr = htonl(from);
-    ::bind(socket_, reinterpret_cast<sockaddr*>(&address), sizeof address);
+    if (from != INADDR_ANY &&
+        ::bind(socket_, reinterpret_cast<sockaddr*>(&address), sizeof address) != 0) {
+      return;
+    }
     address.sin_port = htons(port);
     address.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
     connected_ = ::connect(socket_, reinterpret_cast<sockaddr*>(&address), sizeof address) == 0;

@@ -85,6 +85,7 @@ function wire(): void {
   alerts.onChange = () => {
     rail.setBubble("alerts", alerts.openCount);
     rail.refresh("alerts");
+    byId("panel").style.top = `${byId("alerts").offsetHeight}px`;  // both can be reached
   };
   if (hands !== null) hands.onMark = (point, image) => { marks.begin(point, image); };
   themes.onChange = () => { view?.setBackground(groundColour()); };
@@ -207,7 +208,7 @@ function seeArrival(): void {
 function showState(record: State): void {
   state = record;
   link.mayBeSilent = record.finished;
-  for (const part of [recorded, gauges, guide, scaleBar, system, hands, picture]) part?.setState(record);
+  for (const part of [recorded, gauges, guide, scaleBar, system, hands, picture, alerts]) part?.setState(record);
   if (record.finished) showLink();
 }
 

@@ -23,7 +23,7 @@ const POSE: Pose = {
 function ground(slope: number): PlaneGrid {
   const [x, y] = [1e6 - 5, 2e6 - 5];
   const surveyFromGrid = new Float64Array([1, 0, x, 0, 1, y, slope, 0, 3 - 5 * slope, 0, 0, 1]);
-  return { type: "plane_grid", image: 0, submap: 0, columns: 10, rows: 10, surveyFromGrid, camera: [0, 0, 0], maxRange: 1 };
+  return { type: "plane_grid", image: 0, submap: 0, columns: 10, rows: 10, surveyFromGrid, camera: [0, 0, 0], maxRange: 10 };
 }
 
 describe("the footprint", () => {
@@ -45,7 +45,11 @@ describe("the footprint", () => {
     expect(Math.min(...xs)).toBeCloseTo(-4 / 3, 6);
   });
 
-  it("is none where the camera looks past the ground", () => {
+  it("is none where the camera looks past the ground, or far along it", () => {
     expect(footprint({ ...POSE, rotation: [0, 0, 0, 1] }, CAMERA, ground(0))).toEqual([]);
+    const tilt = (50 * Math.PI) / 180;
+    // 50 degrees up from straight down: the upper corners look 3 degrees below the horizon.
+    const rotation = [Math.cos(tilt / 2), 0, 0, -Math.sin(tilt / 2)] as const;
+    expect(footprint({ ...POSE, rotation: [...rotation] }, CAMERA, ground(0))).toEqual([]);
   });
 });

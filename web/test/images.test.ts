@@ -42,27 +42,37 @@ describe("pictures", () => {
     vi.unstubAllGlobals();
   });
 
-  it("are tried once more when the thread that has them fails, and keep no other back", async () => {
+  /** What became of pictures that were asked for, in turn. */
+  async function asked(): Promise<{ outcomes: string[]; ask: (name: string) => void; unpacking: () => number }> {
     const { unpack, unpacking } = await import("../src/view/images");
     const outcomes: string[] = [];
-    const one = async (name: string) =>
-      unpack(PICTURE, null, []).then(() => outcomes.push(name), () => outcomes.push(`${name} failed`));
-    const all = [one("first"), one("second")];
+    const ask = (name: string) => void unpack(PICTURE, null, []).then(() => outcomes.push(name), () => outcomes.push(`${name} failed`));
+    return { outcomes, ask, unpacking };
+  }
+
+  it("that a failed thread had are tried once more, each alone, and keep no other back", async () => {
+    const { outcomes, ask, unpacking } = await asked();
+    for (const name of ["first", "good", "bad", "fine"]) ask(name);
     const [before] = FakeWorker.all;
     before?.finish();
     await vi.advanceTimersByTimeAsync(1);
-    expect(outcomes).toEqual(["first"]);
     before?.dispatchEvent(new Event("error"));
-    all.push(one("third"));
+    ask("new");
     await vi.advanceTimersByTimeAsync(2000);
     const after = FakeWorker.all[1];
-    expect(after?.jobs).toHaveLength(2);
-    after?.dispatchEvent(new Event("error"));
+    expect(after?.jobs).toHaveLength(1);
+    after?.finish();
+    await vi.advanceTimersByTimeAsync(1);
+    expect(after?.jobs).toHaveLength(1);
+    after?.dispatchEvent(new Event("error"));  // by the bad one
     await vi.advanceTimersByTimeAsync(2000);
-    expect(outcomes).toEqual(["first", "second failed"]);
-    FakeWorker.all[2]?.finish();
-    await Promise.all(all);
-    expect(outcomes).toEqual(["first", "second failed", "third"]);
+    expect(outcomes).toEqual(["first", "good", "bad failed"]);
+    const last = FakeWorker.all[2];
+    last?.finish();
+    await vi.advanceTimersByTimeAsync(1);
+    last?.finish();
+    await vi.advanceTimersByTimeAsync(1);
+    expect(outcomes).toEqual(["first", "good", "bad failed", "fine", "new"]);
     expect(unpacking()).toBe(0);
   });
 });

@@ -30,6 +30,7 @@ enum class AlertKind {
   storage,
   clock,
   load,
+  storage_back,  // the last: journals hold their numbers
 };
 
 /// The name used in files and on the wire.

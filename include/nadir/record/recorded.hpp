@@ -32,7 +32,7 @@ struct GivenAgain {
   std::uint64_t missing_records = 0;   ///< written to the journal, but damaged since
   std::uint64_t mosaics_left_out = 0;  ///< whose files are missing or damaged
   /// Images by a dive.json from before the journal lost its end; none when it did not.
-  std::optional<std::uint64_t> once;
+  std::optional<std::uint64_t> captured_once;
 };
 
 /// Throws InputError when the folder is no dive, or not a single record of its journal is whole.

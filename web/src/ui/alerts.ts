@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: nadir contributors
 // SPDX-License-Identifier: Apache-2.0
-import type { Alert } from "../wire/records";
+import type { Alert, State } from "../wire/records";
 import { byId, el, icon, say, type Icon } from "./dom";
 import { recall, remember } from "./memory";
 import { clock, S } from "./strings";
@@ -14,6 +14,7 @@ const LEVELS: Partial<Record<string, AlertLevel>> = {
   storage: "bad",
   tracking_recovered: "good",
   camera_back: "good",
+  storage_back: "good",
   submap_joined: "good",
   submap_started: "note",
   mosaic_restarted: "note",
@@ -25,6 +26,7 @@ const RESOLVES: Partial<Record<string, readonly string[]>> = {
   submap_started: ["tracking_lost"],
   submap_joined: ["tracking_lost", "submap_started"],
   camera_back: ["camera_lost"],
+  storage_back: ["storage"],
 };
 const ICONS: Record<AlertLevel, Icon> = { bad: "stop", warning: "warning", good: "check", note: "info" };
 /** A bad one stays until it is acknowledged or over. */
@@ -32,6 +34,7 @@ const SHOWN_SECONDS: Record<AlertLevel, number> = { bad: Infinity, warning: 30, 
 /** Tones in Hz, each a sixth of a second, and the same as vibration. */
 const CRIES: Record<AlertLevel, readonly number[]> = { bad: [880, 660, 880, 660], warning: [660, 660], good: [523, 784], note: [] };
 const TONE_SECONDS = 1 / 6;
+const LATEST_CRY_MS = 2000;
 
 /** Loud: cries and stands across the screen, the gravest and newest one in full. Quiet: without the cry. All stay in the list. */
 export type Manner = "loud" | "quiet" | "listed";
@@ -47,11 +50,13 @@ export class Alerts {
   private wasTouched = false;
 
   constructor() {
-    // A browser lets a page sound only once it was touched.
-    addEventListener("pointerdown", () => {
-      this.wasTouched = true;
-      this.wakeAudio();
-    }, { once: true });
+    // A browser lets a page sound only once somebody has touched it.
+    for (const hand of ["pointerup", "keydown"]) {
+      addEventListener(hand, () => {
+        this.wasTouched = true;
+        void this.wakeAudio();
+      });
+    }
   }
 
   get count(): number {
@@ -76,8 +81,7 @@ export class Alerts {
   add(alert: Alert, manner: Manner): void {
     const known = this.all.has(alert.id);
     this.all.set(alert.id, alert);
-    const over = RESOLVES[alert.kind] ?? [];
-    this.open = this.open.filter(({ kind }) => !over.includes(kind));
+    this.resolve(RESOLVES[alert.kind] ?? []);
     const isNew = !known && manner !== "listed";
     if (isNew) this.open = [...this.open.filter(({ kind }) => kind !== alert.kind), alert];
     this.refresh();
@@ -91,6 +95,13 @@ export class Alerts {
     if (manner === "loud") this.cry(level);
   }
 
+  /** Who was lost when the dive ended is lost no more. */
+  setState(state: State): void {
+    if (!state.finished || !this.open.some(({ kind }) => kind === "tracking_lost")) return;
+    this.resolve(["tracking_lost"]);
+    this.refresh();
+  }
+
   clear(): void {
     this.all = new Map();
     this.open = [];
@@ -101,6 +112,10 @@ export class Alerts {
     const newestFirst = [...this.all.values()].sort((one, other) => other.id - one.id).slice(0, 200);
     if (newestFirst.length === 0) return el("p", "none", S.alerts.none);
     return el("ol", "alert-list", ...newestFirst.map((alert) => el("li", "", card(alert))));
+  }
+
+  private resolve(over: readonly string[]): void {
+    this.open = this.open.filter(({ kind }) => !over.includes(kind));
   }
 
   private fold(id: number): void {
@@ -139,14 +154,18 @@ export class Alerts {
     const pulse = 1000 * TONE_SECONDS;
     // Not every browser can.
     if (this.wasTouched && "vibrate" in navigator) navigator.vibrate(tones.flatMap(() => [pulse, pulse / 3]));
-    this.wakeAudio();
-    if (this.audio?.state !== "running") return;
-    const loudness = this.audio.createGain();
+    void this.sound(tones);
+  }
+
+  private async sound(tones: readonly number[]): Promise<void> {
+    const asked = performance.now();
+    const audio = await this.wakeAudio();
+    // One that may sound only much later is not news any more.
+    if (audio?.state !== "running" || performance.now() - asked > LATEST_CRY_MS) return;
+    const loudness = audio.createGain();
     loudness.gain.value = 0.4;
-    loudness.connect(this.audio.destination);
+    loudness.connect(audio.destination);
     tones.forEach((tone, i) => {
-      const { audio } = this;
-      if (audio === null) return;
       const sound = audio.createOscillator();
       sound.type = "square";
       sound.frequency.value = tone;
@@ -156,10 +175,11 @@ export class Alerts {
     });
   }
 
-  private wakeAudio(): void {
-    if (!this.wasTouched) return;
+  private async wakeAudio(): Promise<AudioContext | null> {
+    if (!this.wasTouched) return null;
     this.audio ??= new AudioContext();
-    if (this.audio.state === "suspended") void this.audio.resume();
+    if (this.audio.state === "suspended") await this.audio.resume().catch(() => undefined);
+    return this.audio;
   }
 }
 

@@ -8,7 +8,7 @@ export function byId(id: string): HTMLElement {
   return element;
 }
 
-/** What could turn or hide the rest of a line: control characters and overrides of the direction of text (Unicode 9, 2.1). */
+/** What could turn or hide the rest of a line: control characters and overrides of the direction of text (UAX #9, 2.2). */
 // eslint-disable-next-line no-control-regex
 const UNSEEN = /[\0-\x08\v-\x1f\x7f-\x9f\u202a-\u202e\u2066-\u2069]/g;
 

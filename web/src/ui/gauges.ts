@@ -123,7 +123,8 @@ export class Gauges {
     const levels = { waiting: "note", recording: "good", paused: "bad", ended: "plain" } as const;
     const icons = { waiting: "wait", recording: "record", paused: "warning", ended: "flag" } as const;
     const isShort = dive.phase === "recording" && ROOM.some((name) => isLow(this.measures.get(name)));
-    this.recording.show(S.phases[dive.phase], this.savedText(dive, state), isShort ? "warning" : levels[dive.phase], icons[dive.phase]);
+    const [level, picture] = isShort ? (["warning", "warning"] as const) : [levels[dive.phase], icons[dive.phase]];
+    this.recording.show(S.phases[dive.phase], this.savedText(dive, state), level, picture);
   }
 
   /** What matters most first: the rest may find no place. */

@@ -154,7 +154,8 @@ export class Picture {
   }
 
   private warn(): void {
-    const late = this.newest === null ? 0 : this.delay.of(this.newest.time, performance.now() / 1000);
+    const behind = this.delay.of(this.newest?.time ?? -Infinity, performance.now() / 1000);
+    const late = this.newest === null ? 0 : behind;
     const said = [this.faults, late > LATE_SECONDS ? S.live.late(Math.round(late)) : ""].filter((part) => part !== "").join(" · ");
     say(this.warnings, said);
     say(this.smallWarnings, said);

@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Points over the map that can be touched: marks, gaps, the ends of the ruler.
 import type { Vec3 } from "../wire/records";
-import { byId, el, icon, type Icon } from "./dom";
+import { byId, el, icon, plain, type Icon } from "./dom";
 
 export interface Pin {
   key: string;
@@ -33,7 +33,7 @@ export class Pins {
     for (const pin of pins) {
       const known = this.shown.get(pin.key)?.element;
       const element = known ?? this.make(pin);
-      element.setAttribute("aria-label", pin.label);
+      element.setAttribute("aria-label", plain(pin.label));
       this.shown.set(pin.key, { element, at: pin.at });
     }
     this.place();

@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 import type { Api } from "../api";
 import type { Recording, State } from "../wire/records";
-import { byId, el, icon, say } from "./dom";
+import { byId, el, icon, plain, say } from "./dom";
 import { count, S } from "./strings";
 
 /** The recorded dive that the address names; null: the page shows what is now. */
@@ -34,7 +34,7 @@ export class Recorded {
 
   setRecording(recording: Recording): void {
     say(this.name, recording.name);
-    document.title = `${S.recorded.title} ${recording.name}`;
+    document.title = plain(`${S.recorded.title} ${recording.name}`);
   }
 
   setState(state: State): void {

@@ -47,6 +47,7 @@ export class Cameras {
   readonly vehicle: Mesh<BufferGeometry, MeshBasicMaterial>;
   readonly poses = new Map<number, Pose>();
   newest: Pose | null = null;
+  isLost = false;
   /** Of the undistorted images. */
   camera: CameraInfo | null = null;
   private slots = new Map<number, number>();
@@ -126,6 +127,7 @@ export class Cameras {
   }
 
   setLost(lost: boolean): void {
+    this.isLost = lost;
     this.vehicle.material.color.set(lost ? VEHICLE_LOST : VEHICLE);
   }
 

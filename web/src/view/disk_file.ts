@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: nadir contributors
 // SPDX-License-Identifier: Apache-2.0
-// A Blob lies in the browser's memory; one that was fetched from a database lies in a file of its own, which the browser
-// keeps for as long as somebody holds the Blob, whatever becomes of the entry.
+// A Blob lies in the browser's memory, one that was fetched from a database in a file. The entries are removed by the next
+// page that is opened: Chromium and Firefox keep the file of one that is held until then.
 
 const NAME = "nadir";
 const FILES = "files";
@@ -15,16 +15,14 @@ export async function onDisk(file: Blob): Promise<Blob> {
     const opened = await database;
     const files = () => opened.transaction(FILES, "readwrite").objectStore(FILES);
     const key = await done(files().add(file));
-    const stored = await done(files().get(key) as IDBRequest<Blob>);
-    await done(files().delete(key));
-    await stored.slice(0, 1).arrayBuffer();  // rejects where it went with the entry
-    return stored;
+    const stored = await done(files().get(key) as IDBRequest<Blob | undefined>);
+    return stored ?? file;
   } catch {
     return file;
   }
 }
 
-/** Without what a page that was killed has left there. */
+/** Without what pages before this one have left there. */
 async function open(): Promise<IDBDatabase> {
   const request = indexedDB.open(NAME);
   request.addEventListener("upgradeneeded", () => { request.result.createObjectStore(FILES, { autoIncrement: true }); });

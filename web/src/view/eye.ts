@@ -147,7 +147,7 @@ export class Eye {
 
   /** What there is to be seen, and from how far the cameras see it: neither is left by a zoom. */
   setScene(box: Box3, range: number): void {
-    const radius = box.isEmpty() ? 10 : box.getSize(new Vector3()).length();
+    const radius = box.getSize(new Vector3()).length() || 10;  // of one place, too
     this.limits = { least: (range || radius) / CLOSEST, most: FARTHEST * (radius + range) };
     this.controls.minDistance = this.limits.least / heightPerDistance();
     this.controls.maxDistance = this.limits.most / heightPerDistance();
@@ -180,13 +180,18 @@ export class Eye {
     if (this.held) return false;
     const share = seconds === 0 ? 1 : 1 - Math.exp(-seconds / EASE_SECONDS);
     const to = this.controls.target.clone().lerp(target, share);
-    this.put(to, this.span * (span / this.span) ** share);
-    return to.distanceTo(target) > 1e-3 * span || Math.abs(this.span - span) > 1e-3 * span;
+    const end = this.within(span);
+    this.put(to, this.span * (end / this.span) ** share);
+    return to.distanceTo(target) > 1e-3 * end || Math.abs(this.span - end) > 1e-3 * end;
+  }
+
+  private within(span: number): number {
+    return Math.min(this.limits.most, Math.max(this.limits.least, span));
   }
 
   /** Keeps the direction. */
   private put(target: Vector3, wanted: number): void {
-    const span = Math.min(this.limits.most, Math.max(this.limits.least, wanted));
+    const span = this.within(wanted);
     const direction = this.perspective.position.clone().sub(this.controls.target).normalize();
     this.controls.target.copy(target);
     this.perspective.position.copy(target).addScaledVector(direction, span / heightPerDistance());

@@ -5,7 +5,7 @@ import type { CameraInfo, PlaneGrid, Pose, Vec3 } from "../wire/records";
 import { pointOf } from "./planes";
 
 /** Corners in turn, from the image's upper left on, of what a camera sees of the plane of a grid; survey. None where it
- *  does not see the plane in all of them. */
+ *  sees the plane not in all of them, or farther away than the grid reaches. */
 export function footprint(pose: Pose, camera: CameraInfo, ground: PlaneGrid): Vec3[] {
   const onGround = [pointOf(ground, 0, 0), pointOf(ground, ground.columns, 0), pointOf(ground, 0, ground.rows)];
   const [a, b, c] = onGround.map((point) => (point === null ? null : relative(point, pose.position)));
@@ -15,7 +15,7 @@ export function footprint(pose: Pose, camera: CameraInfo, ground: PlaneGrid): Ve
   const corners = [[0, 0], [1, 0], [1, 1], [0, 1]].flatMap(([right = 0, down = 0]) => {
     const at = new Vector3((right * camera.width - camera.cx) / camera.fx, (down * camera.height - camera.cy) / camera.fy, 1);
     const met = new Ray(new Vector3(), at.applyQuaternion(turn)).intersectPlane(plane, new Vector3());
-    return met === null ? [] : [met];
+    return met === null || met.length() > ground.maxRange ? [] : [met];
   });
   if (corners.length < 4) return [];
   return corners.map(({ x, y, z }): Vec3 => [pose.position[0] + x, pose.position[1] + y, pose.position[2] + z]);

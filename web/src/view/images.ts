@@ -40,6 +40,9 @@ interface Waiting {
 
 const pending = new Map<number, Waiting>();
 const queue: Job[] = [];
+/** Were in the hands of a thread that failed by one of them: each is tried once more, alone. */
+const suspects: Job[] = [];
+let isTrying = false;
 let failed = false;
 let jobs = 0;
 let workers: Worker[] = [];
@@ -81,8 +84,11 @@ function own<Picture extends Blob>(picture: Uint8Array | Picture): Uint8Array<Ar
 function handOut(): void {
   if (failed) return;
   getReady();
-  while (pending.size - queue.length < AT_ONCE) {
-    const job = queue.shift();
+  for (;;) {
+    const inHand = pending.size - queue.length - suspects.length;
+    if (inHand >= (suspects.length > 0 || isTrying ? 1 : AT_ONCE)) return;
+    isTrying = suspects.length > 0;
+    const job = suspects.shift() ?? queue.shift();
     if (job === undefined) return;
     workers[job.id % workers.length]?.postMessage(job);  // a copy: it may be lost there
   }
@@ -105,13 +111,13 @@ function startWorkers(): Worker[] {
   });
 }
 
-/** What was in hand is tried once more: one that a thread failed by would keep all others waiting for ever. */
+/** What was in hand becomes suspect; what was so before was what the thread failed by. */
 function startAgain(): void {
   if (failed) return;
   failed = true;
   workers.forEach((worker) => { worker.terminate(); });
   workers = [];
-  const waiting = new Set(queue);
+  const waiting = new Set([...suspects, ...queue]);
   const inHand = [...pending.values()].filter(({ job }) => !waiting.has(job));
   for (const lost of inHand.filter(({ wasLost }) => wasLost)) {
     pending.delete(lost.job.id);
@@ -119,7 +125,7 @@ function startAgain(): void {
   }
   const again = inHand.filter(({ wasLost }) => !wasLost);
   for (const one of again) one.wasLost = true;
-  queue.push(...again.map(({ job }) => job));
+  suspects.push(...again.map(({ job }) => job));
   setTimeout(() => {
     failed = false;
     handOut();

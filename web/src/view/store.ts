@@ -11,18 +11,18 @@ const HELD_BYTES = 32 << 20;
 export type Bytes = Uint8Array<ArrayBuffer>;
 
 /** First in memory, then on the disk. */
-interface File {
+interface Stored {
   blob: Blob;
 }
 
 export class Kept {
-  constructor(private held: Bytes | { file: File; from: number; to: number }) {}
+  constructor(private held: Bytes | { file: Stored; from: number; to: number }) {}
 
   get bytes(): Bytes | Blob {
     return this.held instanceof Uint8Array ? this.held : this.held.file.blob.slice(this.held.from, this.held.to);
   }
 
-  moveTo(file: File, from: number, to: number): void {
+  moveTo(file: Stored, from: number, to: number): void {
     this.held = { file, from, to };
   }
 }

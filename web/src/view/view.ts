@@ -189,10 +189,11 @@ export class View {
         break;
       case "guidance":
         this.strokes.setGuidance(record, this.groundHeight ?? 0);
-        for (const [x, y] of record.plan) this.include([x, y, this.groundHeight ?? 0]);
+        if (this.groundHeight !== null) for (const [x, y] of record.plan) this.include([x, y, this.groundHeight]);
         break;
       case "state":
         this.cameras.setLost(record.tracking === "lost" && !record.finished);
+        this.footprintIsStale = true;
         break;
       default:
         return;
@@ -372,7 +373,8 @@ export class View {
     this.footprintIsStale = false;
     const { newest, camera } = this.cameras;
     const ground = this.ground.newest;
-    const corners = newest === null || camera === null || ground === null ? [] : footprint(newest, camera, ground);
+    const isKnown = newest !== null && !this.cameras.isLost && ground?.submap === newest.submap;
+    const corners = isKnown && camera !== null ? footprint(newest, camera, ground) : [];
     corners.forEach((corner) => { this.include(corner); });
     this.strokes.setFootprint(corners);
   }
