@@ -297,9 +297,10 @@ test("the page in a hand", { timeout: 300_000 }, async (t) => {
     const place = (column, line) => [tile.cell * (64 * tile.column + column + 0.5), -tile.cell * (64 * tile.row + line + 0.5), 0];
     // To the middle, and closer.
     const at = await screenOf(told, place(32, 32));
-    await told.mouse.move(at.x, at.y);
+    const middle = { x: 590, y: 350 }; // of what no card hides
+    await told.mouse.move(middle.x, middle.y);
     await told.mouse.down();
-    await told.mouse.move(590, 350, { steps: 5 });
+    await told.mouse.move(2 * middle.x - at.x, 2 * middle.y - at.y, { steps: 5 });
     await told.mouse.up();
     await tap(told, "#zoom >> text=Closer");
     const shot = await pixelsOf(judge, (await still(told), await told.screenshot()));

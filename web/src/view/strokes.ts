@@ -42,6 +42,7 @@ export class Strokes {
   private readonly outline: Stroke;
   private readonly lanes: Stroke;
   private readonly lane: Stroke;
+  private readonly wayRim: Stroke;
   private readonly way: Stroke;
   private readonly footprintRim: Stroke;
   private readonly footprintEdge: Stroke;
@@ -55,12 +56,13 @@ export class Strokes {
     this.outline = new Stroke(origin, 0xffffff, 3);
     this.lanes = new Stroke(origin, 0xffffff, 1.5);
     this.lane = new Stroke(origin, 0x56c8f0, 5);
+    this.wayRim = new Stroke(origin, 0x000000, 8, true);  // gaps are of the way's colour
     this.way = new Stroke(origin, 0xff6a3d, 4, true);
     this.footprintRim = new Stroke(origin, 0x000000, 5);
     this.footprintEdge = new Stroke(origin, 0xffffff, 2.5);
     this.rulerRim = new Stroke(origin, 0x000000, 7);
     this.ruler = new Stroke(origin, 0xffe14d, 4);
-    this.plan.add(this.outline.object, this.lanes.object, this.lane.object, this.way.object);
+    this.plan.add(this.outline.object, this.lanes.object, this.lane.object, this.wayRim.object, this.way.object);
     this.footprint.add(this.footprintRim.object, this.footprintEdge.object);
     this.tools.add(this.rulerRim.object, this.ruler.object);
   }
@@ -99,13 +101,15 @@ export class Strokes {
   clear(): void {
     this.guidance = this.vehicle = null;
     this.setFootprint([]);
-    for (const stroke of [this.outline, this.lanes, this.lane, this.way, this.rulerRim, this.ruler]) stroke.draw([]);
+    for (const stroke of [this.outline, this.lanes, this.lane, this.wayRim, this.way, this.rulerRim, this.ruler]) stroke.draw([]);
   }
 
   private drawWay(): void {
     const nearest = this.guidance?.gaps[0];
     const { vehicle, height } = this;
-    this.way.draw(nearest === undefined || vehicle === null ? [] : [[[vehicle[0], vehicle[1], height], [...nearest.centre, height]]]);
+    const segments: Segment[] = nearest === undefined || vehicle === null ? [] : [[[vehicle[0], vehicle[1], height], [...nearest.centre, height]]];
+    this.wayRim.draw(segments);
+    this.way.draw(segments);
   }
 }
 
