@@ -91,8 +91,12 @@ json begun_of(const std::string& name) {
   constexpr std::size_t kLength = 16;
   if (name.size() < kLength) return json();
   const std::string time = name.substr(name.size() - kLength);
+  const auto is_at_most = [&](std::size_t at, const char* most) {
+    return time.compare(at, 2, most) <= 0;
+  };
   const bool is_time = time[0] == '-' && time[9] == '-' && are_digits(time.substr(1, 8)) &&
-                       are_digits(time.substr(10));
+                       are_digits(time.substr(10)) && is_at_most(5, "12") && is_at_most(7, "31") &&
+                       is_at_most(10, "23") && is_at_most(12, "59") && is_at_most(14, "60");
   if (!is_time) return json();
   return time.substr(1, 4) + '-' + time.substr(5, 2) + '-' + time.substr(7, 2) + 'T' +
          time.substr(10, 2) + ':' + time.substr(12, 2) + ':' + time.substr(14, 2) + 'Z';

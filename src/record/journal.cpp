@@ -8,6 +8,7 @@
 #include <array>
 #include <utility>
 
+#include "loose_file.hpp"
 #include "nadir/core/check.hpp"
 #include "text.hpp"
 
@@ -127,8 +128,7 @@ std::optional<Record> JournalReader::next() {
 bool JournalReader::open_segment() {
   const path name = segment_name(folder_, next_segment_);
   std::error_code error;
-  if (!std::filesystem::is_regular_file(name, error)) return false;
-  file_ = std::ifstream(name, std::ios::binary);
+  file_ = open_to_read(name);
   if (!file_) return false;
   ++next_segment_;
   size_ = std::filesystem::file_size(name, error);
@@ -212,7 +212,7 @@ void JournalReader::seek_magic() {
 
 bool has_journal(const path& folder) {
   std::error_code error;
-  return std::filesystem::is_regular_file(segment_name(folder, 0), error);
+  return is_regular_file(symlink_status(segment_name(folder, 0), error));
 }
 
 }  // namespace nadir::record

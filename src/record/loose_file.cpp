@@ -30,7 +30,7 @@ void Stamp::add(ByteView bytes) {
 
 std::ifstream open_to_read(const path& file) {
   std::error_code error;
-  if (std::filesystem::is_regular_file(file, error)) return std::ifstream(file, std::ios::binary);
+  if (is_regular_file(symlink_status(file, error))) return std::ifstream(file, std::ios::binary);
   std::ifstream none;
   none.setstate(std::ios::failbit);
   return none;

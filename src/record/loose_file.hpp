@@ -21,7 +21,8 @@ struct Stamp {
   void add(ByteView bytes);
 };
 
-/// A file on disk; a stream without one when it is none: a pipe or a device would be waited for.
+/// A file on disk; a stream without one when it is none: a pipe, a device or what a link leads to
+/// could be waited for.
 std::ifstream open_to_read(const path& file);
 
 /// Of a file on disk; none when it cannot be read.

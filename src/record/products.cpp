@@ -81,7 +81,8 @@ Outcome make_products(Disk& disk, const path& dive, const Ledger& ledger, const 
   const auto mosaics = rasters(ledger, tiles);
   for (const auto& [number, raster] : mosaics) add_mosaic(raster, ledger, tiles, products);
   // An empty folder is easily lost on the way; what cannot be made in it says so itself.
-  if (!mosaics.empty() && !std::filesystem::exists(dive / "mosaic2d")) {
+  std::error_code error;
+  if (!mosaics.empty() && !std::filesystem::exists(dive / "mosaic2d", error)) {
     disk.make_directory(dive / "mosaic2d");
   }
   Outcome outcome;

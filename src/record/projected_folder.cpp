@@ -89,7 +89,8 @@ bool settle(Disk& disk, const path& dive, const ProjectedFile& file,
   if (!holds(world_file_name(name), world)) write_text(disk, world_file_name(name), world);
   if (const path beside = auxiliary_name(name); !holds(beside, auxiliary)) {
     // GDAL's own programs write statistics into it.
-    if (how.keep_changed && std::filesystem::exists(beside))
+    std::error_code error;
+    if (how.keep_changed && std::filesystem::exists(beside, error))
       rename_file(disk, beside, path(beside) += ".changed");
     write_text(disk, beside, auxiliary);
   }

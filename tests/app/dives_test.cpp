@@ -81,6 +81,16 @@ class TheDives : public testing::Test {
   Dives dives{scratch / "dives", live, disk};
 };
 
+TEST_F(TheDives, HaveNoTimeThatNoClockShows) {
+  make("dive-0012-20269999-100000", false);
+  make("dive-0013-20261129-246060", false);
+  for (const json& dive : dives.list()) {
+    const std::string name = dive["name"];
+    EXPECT_TRUE(!name.starts_with("dive-0012") || dive["begun"].is_null());
+    EXPECT_TRUE(!name.starts_with("dive-0013") || dive["begun"].is_null());
+  }
+}
+
 TEST_F(TheDives, AreListedNewestFirst) {
   const json list = dives.list();
   ASSERT_EQ(list.size(), 4u);

@@ -319,6 +319,26 @@ test("a diver's page", { timeout: 300_000 }, async (t) => {
       assert.deepEqual(await cries(), before);
     });
 
+    await t.test(`held in ${held}, leaves an alert and a sheet within reach, however long, also when it is turned`, async () => {
+      await open(page, "Display");
+      say(alert(906, NEWS + 2, "storage", "the disk is full ".repeat(30), `${"W".repeat(400)} make room`));
+      await page.locator("#alerts .alert:has-text('the disk is full')").waitFor();
+      for (const size of [viewport, { width: viewport.height, height: viewport.width }, viewport]) {
+        await page.setViewportSize(size);
+        await pause(200);
+        const reached = await page.evaluate(() =>
+          ["#alerts .seen", "#panel .dismiss"].map((one) => {
+            const { left, top, width, height } = document.querySelector(one).getBoundingClientRect();
+            return document.elementFromPoint(left + width / 2, top + height / 2)?.closest(one) !== null;
+          }),
+        );
+        assert.deepEqual(reached, [true, true], JSON.stringify(size));
+      }
+      await keep(page, `long-alert-${held}`);
+      await tap(page, "#alerts >> text=Seen");
+      await close(page);
+    });
+
     await t.test(`held in ${held}, is silent once sound is switched off`, async () => {
       const sound = page.locator("role=switch[name='Sound and vibration']");
       await open(page, "Display");
@@ -326,7 +346,7 @@ test("a diver's page", { timeout: 300_000 }, async (t) => {
       assert.equal(await sound.getAttribute("aria-checked"), "false");
       await close(page);
       const before = await cries();
-      say(alert(904, NEWS + 2, "storage", "the disk is slow", "take another"));
+      say(alert(904, NEWS + 3, "storage", "the disk is slow", "take another"));
       await page.locator("#alerts .alert:has-text('the disk is slow')").waitFor();
       assert.deepEqual(await cries(), before);
       await tap(page, "#alerts >> text=Seen");

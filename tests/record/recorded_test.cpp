@@ -179,6 +179,19 @@ TEST_F(RecordedDive, IsNotWaitedForWhereAPipeIsInThePlaceOfAFile) {
   }
 }
 
+TEST_F(RecordedDive, IsNotFollowedOutOfItsFolder) {
+  record(true, small_.info());
+  const auto leave_a_link = [&](const char* name) {
+    const path elsewhere = scratch_ / path(name).filename();
+    std::filesystem::rename(folder_ / name, elsewhere);
+    std::filesystem::create_symlink(elsewhere, folder_ / name);
+  };
+  leave_a_link("mosaic2d/mosaic-000.png");
+  EXPECT_EQ(give(folder_).found.mosaics_left_out, 1u);
+  leave_a_link("journal-000.nadir");
+  EXPECT_THROW(give(folder_), InputError);
+}
+
 TEST_F(RecordedDive, IsGivenNoFurtherWhenToldToStop) {
   record(true, small_.info());
   std::stop_source stop;

@@ -81,11 +81,12 @@ function wire(): void {
   system.ignored = () => link.ignored + undecodable;
   rail.onStage = showStage;
   showStage(rail.stage);
+  // Both can be reached.
+  new ResizeObserver(() => { byId("panel").style.top = `${byId("alerts").offsetHeight}px`; }).observe(byId("alerts"));
   picture.onOpen = () => { rail.setStage("picture"); };
   alerts.onChange = () => {
     rail.setBubble("alerts", alerts.openCount);
     rail.refresh("alerts");
-    byId("panel").style.top = `${byId("alerts").offsetHeight}px`;  // both can be reached
   };
   if (hands !== null) hands.onMark = (point, image) => { marks.begin(point, image); };
   themes.onChange = () => { view?.setBackground(groundColour()); };

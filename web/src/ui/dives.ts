@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 import type { Api, DiveEntry } from "../api";
 import { refusal } from "./control";
-import { button, el, icon, say } from "./dom";
+import { button, el, icon, plain, say } from "./dom";
 import type { Rail } from "./rail";
 import { amount, count, S } from "./strings";
 
@@ -57,7 +57,7 @@ export class Dives {
   private link(address: string, name: string, label: string, bytes: number): HTMLElement {
     const link = el("a", "wide", icon("save"), el("span", "label", label), el("span", "facts", size(bytes)));
     link.href = address;
-    link.download = name.split("/").at(-1) ?? name;
+    link.download = plain(name.split("/").at(-1) ?? name);
     return link;
   }
 

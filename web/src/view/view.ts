@@ -118,7 +118,8 @@ export class View {
     this.applyLayersOf("scene");
     this.eye = new Eye(canvas);
     this.eye.onMoved = (how) => {
-      if (how === "panned" || (how === "zoomed" && this.framing === "all")) this.setFraming("free");
+      const isChosen = how === "panned" || (how === "zoomed" && this.framing === "all");
+      if (isChosen && !this.bounds.isEmpty()) this.setFraming("free");
       this.draw();
     };
     this.budget.onRest = () => {
@@ -207,6 +208,7 @@ export class View {
     this.bounds = new Box3();
     this.range = 0;
     this.groundHeight = null;
+    if (this.framing === "free") this.setFraming("all");  // what it looked at is gone
     this.draw();
   }
 
