@@ -147,13 +147,15 @@ export class Mosaics {
     return missing.length > 0;
   }
 
-  /** Survey corners of all the tiles of one mosaic, or of every one. */
-  *corners(mosaic?: number): Iterable<Vec3> {
-    for (const tile of this.tiles.values()) {
-      const grid = this.grids.get(tile.mosaic);
-      if (grid === undefined || tile.jpeg === null || (mosaic ?? tile.mosaic) !== tile.mosaic) continue;
-      yield* tileCorners(grid, tile.column, tile.row);
-    }
+  /** Survey corners of a tile; none before its mosaic is known. */
+  cornersOf({ mosaic, column, row }: Place): Vec3[] {
+    const grid = this.grids.get(mosaic);
+    return grid === undefined ? [] : tileCorners(grid, column, row);
+  }
+
+  /** Survey corners of all the tiles of one mosaic. */
+  *corners(mosaic: number): Iterable<Vec3> {
+    for (const tile of this.tiles.values()) if (tile.jpeg !== null && tile.mosaic === mosaic) yield* this.cornersOf(tile);
   }
 
   /** Where the ray meets a mosaic's tile, the newest mosaic first; null where there is none. */

@@ -180,6 +180,7 @@ export class View {
         this.mosaics.setMosaic(record);
         break;
       case "mosaic_tile":
+        this.mosaics.cornersOf(record).forEach((corner) => { this.include(corner); });
         await this.mosaics.setTile(record);
         break;
       case "mosaic_overview":
