@@ -135,7 +135,7 @@ void SeenGround::coarsen() {
   for (int y = 0; y < half.rows; ++y) {
     const auto *above = seen_.ptr<std::uint8_t>(2 * y), *below = seen_.ptr<std::uint8_t>(2 * y + 1);
     auto* to = half.ptr<std::uint8_t>(y);
-    for (int x = 0; x < half.cols; ++x)
+    for (std::ptrdiff_t x = 0; x < half.cols; ++x)
       to[x] = above[2 * x] | above[2 * x + 1] | below[2 * x] | below[2 * x + 1];
   }
   seen_ = half;
@@ -152,6 +152,7 @@ std::vector<std::vector<Eigen::Vector2d>> SeenGround::outline() const {
     constexpr std::size_t kFewest = 3;
     if (simpler.size() < kFewest) simpler = std::move(corners);  // no wider than a cell
     std::vector<Eigen::Vector2d> polygon;
+    polygon.reserve(simpler.size());
     for (const cv::Point& at : simpler)
       polygon.push_back(origin_ + cell_ * Eigen::Vector2d(at.x, at.y));
     polygons.push_back(std::move(polygon));
