@@ -3,21 +3,11 @@
 import { describe, expect, it } from "vitest";
 import { footprint } from "../src/view/footprint";
 import type { CameraInfo, PlaneGrid, Pose } from "../src/wire/records";
+import { POSE } from "./pose";
 
 const CAMERA: CameraInfo = { type: "camera", width: 400, height: 300, fx: 200, fy: 200, cx: 200, cy: 150 };
-/** 2 above the ground, far from the origin, looking down, the image's top to the north. */
-const POSE: Pose = {
-  type: "pose",
-  image: 0,
-  time: 0,
-  position: [1e6, 2e6, 5],
-  rotation: [1, 0, 0, 0],
-  submap: 0,
-  tiePoints: 9,
-  rms: 0.5,
-  sigma: 0,
-  keyFrame: true,
-};
+/** 2 above the ground. */
+const ABOVE: Pose = { ...POSE, position: [1e6, 2e6, 5] };
 
 /** Cells of a metre on the plane z = 3 + slope x, x from the camera. */
 function ground(slope: number): PlaneGrid {
@@ -28,7 +18,7 @@ function ground(slope: number): PlaneGrid {
 
 describe("the footprint", () => {
   it("is the image as large as the ground is far", () => {
-    const corners = footprint(POSE, CAMERA, ground(0));
+    const corners = footprint(ABOVE, CAMERA, ground(0));
     const wanted = [[-2, 1.5], [2, 1.5], [2, -1.5], [-2, -1.5]];
     expect(corners).toHaveLength(4);
     corners.forEach(([x, y, z], i) => {
@@ -39,17 +29,17 @@ describe("the footprint", () => {
   });
 
   it("reaches farther where the ground falls away", () => {
-    const xs = footprint(POSE, CAMERA, ground(-0.5)).map(([x]) => x - 1e6);
+    const xs = footprint(ABOVE, CAMERA, ground(-0.5)).map(([x]) => x - 1e6);
     // The rays of slope 1 to the right and left meet 2 - 0.5 x and 2 + 0.5 x below the camera.
     expect(Math.max(...xs)).toBeCloseTo(4, 6);
     expect(Math.min(...xs)).toBeCloseTo(-4 / 3, 6);
   });
 
   it("is none where the camera looks past the ground, or far along it", () => {
-    expect(footprint({ ...POSE, rotation: [0, 0, 0, 1] }, CAMERA, ground(0))).toEqual([]);
+    expect(footprint({ ...ABOVE, rotation: [0, 0, 0, 1] }, CAMERA, ground(0))).toEqual([]);
     const tilt = (50 * Math.PI) / 180;
     // 50 degrees up from straight down: the upper corners look 3 degrees below the horizon.
     const rotation = [Math.cos(tilt / 2), 0, 0, -Math.sin(tilt / 2)] as const;
-    expect(footprint({ ...POSE, rotation: [...rotation] }, CAMERA, ground(0))).toEqual([]);
+    expect(footprint({ ...ABOVE, rotation: [...rotation] }, CAMERA, ground(0))).toEqual([]);
   });
 });

@@ -8,20 +8,8 @@ import { Origin } from "../src/view/origin";
 import { inScene } from "../src/view/plane_chunk";
 import { pointOf } from "../src/view/planes";
 import { TiePointCloud } from "../src/view/tie_points";
-import type { Mosaic, PlaneGrid, Pose, TiePoints } from "../src/wire/records";
-
-const POSE: Pose = {
-  type: "pose",
-  image: 0,
-  time: 0,
-  position: [1e6, 2e6, 3],
-  rotation: [1, 0, 0, 0],
-  submap: 0,
-  tiePoints: 9,
-  rms: 0.5,
-  sigma: 0,
-  keyFrame: true,
-};
+import type { Mosaic, PlaneGrid, TiePoints } from "../src/wire/records";
+import { POSE } from "./pose";
 
 function block(indices: number[], number = 0): TiePoints {
   return {

@@ -147,13 +147,12 @@ export class Gauges {
       this.tracking.show(S.recorded.reads, "", "note", "wait");
       return;
     }
-    const isStale = this.link !== "live";
     document.body.dataset["tracking"] = state.finished ? "finished" : state.tracking;
     if (state.finished) this.tracking.show(S.finished, scaleText(state), state.scale === "none" ? "warning" : "plain", "flag");
     else {
       const advice = state.tracking === "tracking" ? scaleText(state) : S.advice[state.tracking];
-      const level = isStale ? "plain" : state.tracking === "tracking" && state.scale === "none" ? "warning" : TRACKING_LEVELS[state.tracking];
-      this.tracking.show(S.tracking[state.tracking], advice, level, TRACKING_ICONS[state.tracking]);
+      const level = state.tracking === "tracking" && state.scale === "none" ? "warning" : TRACKING_LEVELS[state.tracking];
+      this.tracking.show(S.tracking[state.tracking], advice, this.ofNow(level), TRACKING_ICONS[state.tracking]);
     }
   }
 
@@ -168,8 +167,13 @@ export class Gauges {
     const high = measure.high !== null && measure.value > measure.high;
     const advice = low ? S.tooLow[name] : high ? S.tooHigh[name] : undefined;
     const known = measure.low !== null || measure.high !== null;
-    const level = this.link !== "live" ? "plain" : low || high ? "warning" : known ? "good" : "plain";
-    gauge.show(this.text(measure), advice?.text ?? "", level, advice?.icon ?? null);
+    const level = low || high ? "warning" : known ? "good" : "plain";
+    gauge.show(this.text(measure), advice?.text ?? "", this.ofNow(level), advice?.icon ?? null);
+  }
+
+  /** What was once known without a link is neither good nor bad. */
+  private ofNow(level: Level): Level {
+    return this.link === "live" ? level : "plain";
   }
 
   private text({ quantity, value }: Measure): string {
