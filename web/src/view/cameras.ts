@@ -197,6 +197,15 @@ export function forward(pose: Pose): Vec3 {
   return [z.x, z.y, z.z];
 }
 
+/** A distance on. */
+export function reach(from: Vec3, direction: Vec3, distance: number): Vec3 {
+  return [
+    from[0] + distance * direction[0],
+    from[1] + distance * direction[1],
+    from[2] + distance * direction[2],
+  ];
+}
+
 function rgb(submap: number): [number, number, number] {
   const colour = SUBMAP_COLOURS[submap % SUBMAP_COLOURS.length] ?? 0;
   return [colour >> 16, (colour >> 8) & 255, colour & 255];

@@ -3,9 +3,10 @@
 import { Box3, Color, ColorManagement, LinearSRGBColorSpace, Raycaster, Scene, Vector2, Vector3, WebGLRenderer } from "three";
 import type { DiveRecord, Pose, Vec3 } from "../wire/records";
 import { Budget, QUALITIES, type Quality } from "./budget";
-import { Cameras, forward } from "./cameras";
+import { Cameras, forward, reach } from "./cameras";
 import { CoarsePicture } from "./coarse_picture";
 import { Coverage } from "./coverage";
+import { Extent } from "./extent";
 import { Eye, type Look, type Margins } from "./eye";
 import { footprint } from "./footprint";
 import { Ground, type Ray, type Sight } from "./ground";
@@ -82,11 +83,7 @@ export class View {
   private readonly scene = new Scene();
   private readonly renderer: WebGLRenderer;
   private readonly coarsePicture: CoarsePicture;
-  /** Distance from the camera to the ground of late, metres. */
-  private range = 0;
-  /** Survey height of the ground of late. */
-  private groundHeight: number | null = null;
-  private bounds = new Box3();
+  private readonly extent = new Extent(this.origin);
   private framing: Framing = "all";
   private footprintIsStale = false;
   private readonly refinements = new Rounds(() => void this.refine());
@@ -119,7 +116,7 @@ export class View {
     this.eye = new Eye(canvas);
     this.eye.onMoved = (how) => {
       const isChosen = how === "panned" || (how === "zoomed" && this.framing === "all");
-      if (isChosen && !this.bounds.isEmpty()) this.setFraming("free");
+      if (isChosen && !this.extent.box.isEmpty()) this.setFraming("free");
       this.draw();
     };
     this.budget.onRest = () => {
@@ -159,8 +156,8 @@ export class View {
         this.cameras.setPose(record);
         if (this.cameras.newest !== null) this.strokes.setVehicle(this.cameras.newest.position);
         this.footprintIsStale = true;
-        this.include(record.position);
-        this.include(reach(record.position, forward(record), this.range));
+        this.extent.include(record.position);
+        this.extent.include(reach(record.position, forward(record), this.extent.range));
         break;
       case "tie_points":
         this.tiePoints.set(record);
@@ -169,7 +166,8 @@ export class View {
         this.ground.set(record);
         this.footprintIsStale = true;
         const centre = pointOf(record, record.columns / 2, record.rows / 2);
-        if (centre !== null) this.measureRange(record.camera, centre);
+        if (centre !== null) this.extent.measure(record.camera, centre);
+        this.coverage.setHeight(this.extent.groundHeight ?? 0);
         await this.planes.setGrid(record);
         break;
       }
@@ -180,7 +178,7 @@ export class View {
         this.mosaics.setMosaic(record);
         break;
       case "mosaic_tile":
-        this.mosaics.cornersOf(record).forEach((corner) => { this.include(corner); });
+        this.mosaics.cornersOf(record).forEach((corner) => { this.extent.include(corner); });
         await this.mosaics.setTile(record);
         break;
       case "mosaic_overview":
@@ -190,8 +188,8 @@ export class View {
         await this.coverage.setTile(record);
         break;
       case "guidance":
-        this.strokes.setGuidance(record, this.groundHeight ?? 0);
-        if (this.groundHeight !== null) for (const [x, y] of record.plan) this.include([x, y, this.groundHeight]);
+        this.strokes.setGuidance(record, this.extent.groundHeight ?? 0);
+        if (this.extent.groundHeight !== null) for (const [x, y] of record.plan) this.extent.include([x, y, this.extent.groundHeight]);
         break;
       case "state":
         this.cameras.setLost(record.tracking === "lost" && !record.finished);
@@ -204,11 +202,8 @@ export class View {
   }
 
   clear(): void {
-    for (const part of [this.mosaics, this.planes, this.tiePoints, this.cameras, this.coverage, this.strokes, this.ground]) part.clear();
+    for (const part of [this.mosaics, this.planes, this.tiePoints, this.cameras, this.coverage, this.strokes, this.ground, this.extent]) part.clear();
     this.origin.forget();
-    this.bounds = new Box3();
-    this.range = 0;
-    this.groundHeight = null;
     if (this.framing === "free") this.setFraming("all");  // what it looked at is gone
     this.draw();
   }
@@ -220,7 +215,7 @@ export class View {
 
   setFraming(framing: Framing): void {
     this.framing = framing;
-    if (framing === "follow") this.eye.zoomTo(4 * (this.range || 1));
+    if (framing === "follow") this.eye.zoomTo(4 * (this.extent.range || 1));
     this.onFraming(framing);
     this.draw();
   }
@@ -287,7 +282,7 @@ export class View {
     const direction = forward(pose);
     const sights = this.ground.sights({ from: pose.position, direction });
     const first = sights.sort((one, other) => one.along - other.along)[0];
-    return first?.point ?? reach(pose.position, direction, this.range);
+    return first?.point ?? reach(pose.position, direction, this.extent.range);
   }
 
   /** Shows the whole of one mosaic from above. False: it has no tiles yet. */
@@ -324,11 +319,11 @@ export class View {
     if (!this.pace.isCatchingUp()) this.setQuality(this.budget.begin(now));
     this.cameras.update();
     this.drawFootprint();
-    this.cameras.setSize(0.2 * (this.range || 1));
+    this.cameras.setSize(0.2 * (this.extent.range || 1));
     // While much is told, the eye jumps: what it would pass on its way is drawn for nothing.
     const moving = this.frame(this.jumps || this.pace.isCatchingUp() ? 0 : Math.min(LONGEST_STEP_S, seconds));
     this.jumps = false;
-    this.eye.setScene(this.bounds, this.range);
+    this.eye.setScene(this.extent.box, this.extent.range);
     const vehicle = this.cameras.vehicle;
     vehicle.scale.setScalar(this.cameras.newest === null ? 0 : VEHICLE_PX * this.eye.sizeOfPixel(vehicle.position));
     if (this.quality.resolution < 1) this.coarsePicture.render(this.scene, this.eye.camera, this.quality.resolution);
@@ -357,7 +352,7 @@ export class View {
     if (this.framing === "follow" && this.cameras.newest !== null) {
       return this.eye.follow(this.cameras.vehicle.position, seconds);
     }
-    if (this.framing === "all" && !this.bounds.isEmpty()) return this.eye.fit(this.bounds, seconds);
+    if (this.framing === "all" && !this.extent.box.isEmpty()) return this.eye.fit(this.extent.box, seconds);
     return false;
   }
 
@@ -378,20 +373,8 @@ export class View {
     const ground = this.ground.newest;
     const isKnown = newest !== null && !this.cameras.isLost && ground?.submap === newest.submap;
     const corners = isKnown && camera !== null ? footprint(newest, camera, ground) : [];
-    corners.forEach((corner) => { this.include(corner); });
+    corners.forEach((corner) => { this.extent.include(corner); });
     this.strokes.setFootprint(corners);
-  }
-
-  private include(point: Vec3): void {
-    this.bounds.expandByPoint(this.vector(point));
-  }
-
-  private measureRange(camera: Vec3, ground: Vec3): void {
-    const range = Math.hypot(camera[0] - ground[0], camera[1] - ground[1], camera[2] - ground[2]);
-    this.range = this.range === 0 ? range : 0.9 * this.range + 0.1 * range;
-    this.groundHeight = this.groundHeight === null ? ground[2] : 0.9 * this.groundHeight + 0.1 * ground[2];
-    this.coverage.setHeight(this.groundHeight);
-    this.include(ground);
   }
 
   private vector(inSurvey: Vec3): Vector3 {
@@ -407,12 +390,4 @@ export class View {
     this.eye.resize(width, height, width > height ? LANDSCAPE : PORTRAIT);
     this.draw();
   }
-}
-
-function reach(from: Vec3, direction: Vec3, distance: number): Vec3 {
-  return [
-    from[0] + distance * direction[0],
-    from[1] + distance * direction[1],
-    from[2] + distance * direction[2],
-  ];
 }
