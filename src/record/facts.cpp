@@ -3,7 +3,8 @@
 #include "facts.hpp"
 
 #include <algorithm>
-#include <iterator>
+#include <cmath>
+#include <utility>
 
 #include "nadir/core/check.hpp"
 #include "nadir/image_io/decode.hpp"
@@ -159,16 +160,80 @@ std::optional<T> decoded(std::span<const std::uint8_t> bytes, bool pixels = true
   return archive.ended() ? std::optional(std::move(value)) : std::nullopt;
 }
 
+// Of coordinates; a map that says it is larger is wrong.
+constexpr double kFarthest = 1e9;
+
+bool is_sound(double number) { return std::abs(number) < kFarthest; }
+template <class Derived>
+bool is_sound(const Eigen::DenseBase<Derived>& numbers) {
+  return numbers.derived().allFinite() && numbers.derived().cwiseAbs().maxCoeff() < kFarthest;
+}
+bool is_sound(const Rigid3& pose) { return is_sound(pose.translation) && pose.is_finite(); }
+bool is_sound(const ImagePose& pose) {
+  return is_sound(pose.survey_from_camera) && is_sound(pose.rms_px) &&
+         is_sound(pose.sigma_position) && is_sound(pose.sigma_rotation);
+}
+bool is_sound(const DeadReckoned& place) {
+  return is_sound(place.survey_from_camera) && is_sound(place.sigma_position);
+}
+bool is_sound(const TiePoint& point) { return is_sound(point.x_in_survey); }
+bool is_sound(const Scale& scale) { return is_sound(scale.sigma); }
+bool is_sound(const std::pair<std::uint32_t, Scale>& scale) { return is_sound(scale.second); }
+bool is_sound(const Plane& plane) { return is_sound(plane.normal) && is_sound(plane.offset); }
+bool is_sound(const WorldFile& world) {
+  return is_sound(
+      Eigen::Matrix<double, 6, 1>{world.a, world.d, world.b, world.e, world.c, world.f});
+}
+bool is_sound(const ProjectedFile& file) { return is_sound(file.world); }
+bool is_sound(const MosaicGrid& mosaic) {
+  return is_sound(mosaic.ground_sampling_distance) && is_sound(mosaic.world) &&
+         is_sound(mosaic.plane);
+}
+bool is_sound(const Grid& grid) {
+  return is_sound(grid.survey_from_grid) && is_sound(grid.camera_in_survey) &&
+         is_sound(grid.max_range);
+}
+bool is_sound(const Correction& correction) {
+  const auto& [scale, rigid] = correction.corrected_from_live;
+  return scale > 0 && is_sound(scale) && is_sound(rigid);
+}
+
+template <class T>
+void keep_sound(std::vector<T>& values) {
+  std::erase_if(values, [](const T& value) { return !is_sound(value); });
+}
+template <class T>
+void keep_sound(std::optional<T>& value) {
+  if (value && !is_sound(*value)) value.reset();
+}
+
+void keep_sound(WindowFacts& window) {
+  keep_sound(window.tie_points);
+  if (!is_sound(window.scale)) window.scale = {};
+  if (!is_sound(window.rms_px)) window.rms_px = 0;
+}
+
+Facts sound(Facts facts) {
+  keep_sound(facts.poses);
+  keep_sound(facts.dead_reckoned);
+  if (facts.window) keep_sound(*facts.window);
+  keep_sound(facts.plane);
+  keep_sound(facts.grid);
+  keep_sound(facts.mosaic);
+  keep_sound(facts.projected);
+  if (!facts.mosaic) facts.tiles.clear();
+  keep_sound(facts.corrections);
+  keep_sound(facts.scales);
+  return facts;
+}
+
 void append(std::vector<Alert>& to, const std::vector<Alert>& alerts) {
   to.insert(to.end(), alerts.begin(), alerts.end());
 }
 
 WindowFacts facts_of(const Window& window) {
-  WindowFacts facts{window.submap, window.scale, window.axes,    window.uncertain,
-                    window.rms_px, {},           window.given_up};
-  std::ranges::copy_if(window.tie_points, std::back_inserter(facts.tie_points),
-                       [](const TiePoint& point) { return point.x_in_survey.allFinite(); });
-  return facts;
+  return {window.submap, window.scale,      window.axes,    window.uncertain,
+          window.rms_px, window.tie_points, window.given_up};
 }
 
 void add(const Shot& shot, Facts& facts) {
@@ -186,11 +251,9 @@ void add(const Orientation& orientation, Facts& facts) {
   if (facts.of_shot) add(*orientation.shot, facts);
   facts.state = orientation.state;
   facts.submap = orientation.submap;
-  std::ranges::copy_if(orientation.poses, std::back_inserter(facts.poses),
-                       [](const ImagePose& pose) { return pose.survey_from_camera.is_finite(); });
+  facts.poses = orientation.poses;
   facts.lost = orientation.lost;
-  const auto& reckoned = orientation.dead_reckoned;
-  if (reckoned && reckoned->survey_from_camera.is_finite()) facts.dead_reckoned = reckoned;
+  facts.dead_reckoned = orientation.dead_reckoned;
   facts.health = orientation.health;
   facts.later_health = orientation.later_health;
   facts.axes = orientation.axes;
@@ -230,7 +293,7 @@ Facts facts_of(const Entry& entry) {
   }
   if (entry.mosaic) add(*entry.mosaic, facts);
   for (const auto& revision : entry.revisions) add(*revision, facts);
-  return facts;
+  return sound(std::move(facts));
 }
 
 Bytes encode(const Facts& facts) { return encoded(facts); }
@@ -238,7 +301,9 @@ Bytes encode(const Alert& alert) { return encoded(alert); }
 Bytes encode(const Mark& mark) { return encoded(mark); }
 
 std::optional<Facts> decode_facts(std::span<const std::uint8_t> bytes, bool pixels) {
-  return decoded<Facts>(bytes, pixels);
+  auto facts = decoded<Facts>(bytes, pixels);
+  if (facts) facts = sound(std::move(*facts));
+  return facts;
 }
 
 std::optional<Alert> decode_alert(std::span<const std::uint8_t> bytes) {
@@ -247,7 +312,7 @@ std::optional<Alert> decode_alert(std::span<const std::uint8_t> bytes) {
 
 std::optional<Mark> decode_mark(std::span<const std::uint8_t> bytes) {
   auto mark = decoded<Mark>(bytes);
-  return mark && mark->position.allFinite() ? mark : std::nullopt;
+  return mark && is_sound(mark->position) ? mark : std::nullopt;
 }
 
 }  // namespace record

@@ -74,11 +74,11 @@ struct Facts {
 
 TilePlace place_of(const Tile& tile);
 
-/// Poses and points that are not finite are left out: no file may hold such a number.
+/// What is not finite, or farther away than any dive, is left out: no file may hold such a number.
 Facts facts_of(const Entry& entry);
 
 Bytes encode(const Facts& facts);
-/// None when the bytes are not facts. Without pixels the grid is black, and read in a third of the
+/// None when the bytes are not facts; left out is what facts_of leaves out. Without pixels the grid is black, and read in a third of the
 /// time.
 std::optional<Facts> decode_facts(std::span<const std::uint8_t> bytes, bool pixels = true);
 

@@ -6,6 +6,8 @@
 #include <libdeflate.h>
 #include <unistd.h>
 
+#include <cmath>
+#include <limits>
 #include <opencv2/core.hpp>
 
 #include "facts.hpp"
@@ -249,6 +251,33 @@ TEST(Facts, AreReadWithoutPixelsEvenIfTheseAreDamaged) {
   EXPECT_EQ(cv::countNonZero(back->grid->bgr.reshape(1)), 0);
   EXPECT_EQ(back->grid->survey_from_grid, facts.grid->survey_from_grid);
   EXPECT_EQ(back->alerts.size(), facts.alerts.size());
+}
+
+TEST(Facts, LeaveOutWhatNoMapCanHold) {
+  for (const double wrong : {std::nan(""), std::numeric_limits<double>::infinity(), -1e300}) {
+    Facts facts = facts_of(SmallDive{}.entry(2));
+    facts.poses.push_back(facts.poses[0]);
+    facts.poses[0].survey_from_camera.translation.y() = wrong;
+    facts.dead_reckoned = DeadReckoned{2, 0, {}, wrong};
+    facts.window->tie_points[1].x_in_survey.x() = wrong;
+    facts.window->scale.sigma = wrong;
+    facts.grid->survey_from_grid(3, 2) = wrong;
+    facts.mosaic->world.c = wrong;
+    facts.corrections = {{1, 0, {wrong, {}}}, {2, 0, {2, {}}}};
+    const auto back = decode_facts(encode(facts));
+    ASSERT_TRUE(back);
+    EXPECT_EQ(back->name, "dsc,2");
+    EXPECT_EQ(back->poses.size(), 1u);
+    EXPECT_FALSE(back->dead_reckoned);
+    EXPECT_EQ(back->window->tie_points.size(), SmallDive::kPointsEach - 1);
+    EXPECT_EQ(back->window->scale.source, ScaleSource::none);
+    EXPECT_TRUE(back->plane);
+    EXPECT_FALSE(back->grid);
+    EXPECT_FALSE(back->mosaic);
+    EXPECT_TRUE(back->tiles.empty());
+    ASSERT_EQ(back->corrections.size(), 1u);
+    EXPECT_EQ(back->corrections[0].image, 2u);
+  }
 }
 
 TEST(Facts, CutShortAreNone) {

@@ -9,10 +9,13 @@
 #include <unistd.h>
 
 #include <array>
+#include <cmath>
 #include <cstring>
 #include <random>
 #include <sstream>
 
+#include "facts.hpp"
+#include "journal.hpp"
 #include "nadir/core/check.hpp"
 #include "nadir/mosaic2d/mosaic.hpp"
 #include "record/fake_disk.hpp"
@@ -64,6 +67,27 @@ class Recovering : public testing::Test {
   ScratchFolder scratch_;
   path folder_ = scratch_ / "dive";
 };
+
+// Whole records by their checksums, of which no dive can tell.
+TEST_F(Recovering, ComesToAnEndWhateverTheJournalSays) {
+  std::filesystem::create_directory(folder_);
+  JournalWriter writer(system_disk(), folder_);
+  for (std::uint64_t image = 0; image < 3; ++image) {
+    Facts facts = facts_of(small_.entry(image));
+    facts.poses[0].survey_from_camera.translation.setConstant(std::nan(""));
+    facts.joins = {{0, 1, 0, 1}, {1, 0, 1, 0}, {2, 2, 2, 2}};
+    ASSERT_EQ(writer.append(RecordType::shot, encode(facts)), 0);
+  }
+  writer.close();
+  const Recovery recovery = recover(folder_);
+  EXPECT_EQ(recovery.captured, 3u);
+  EXPECT_EQ(recovery.lost, 3u);
+  for (const auto& [name, text] : read_all(folder_)) {
+    if (name.ends_with(".nadir")) continue;
+    EXPECT_EQ(text.find("nan"), std::string::npos) << name;
+  }
+  EXPECT_TRUE(is_complete(folder_));
+}
 
 TEST_F(Recovering, MakesTheFilesTheDiveWouldHaveMade) {
   record(true);
