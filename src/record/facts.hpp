@@ -78,8 +78,8 @@ TilePlace place_of(const Tile& tile);
 Facts facts_of(const Entry& entry);
 
 Bytes encode(const Facts& facts);
-/// None when the bytes are not facts; left out is what facts_of leaves out. Without pixels the grid is black, and read in a third of the
-/// time.
+/// None when the bytes are not facts; left out is what facts_of leaves out. Without pixels the grid
+/// is black, and read in a third of the time.
 std::optional<Facts> decode_facts(std::span<const std::uint8_t> bytes, bool pixels = true);
 
 Bytes encode(const Alert& alert);
