@@ -3,7 +3,6 @@
 #include "backlog.hpp"
 
 #include <array>
-#include <optional>
 
 namespace nadir::serve {
 namespace {
@@ -38,19 +37,27 @@ void NewestFirst::extend_to_newest() {
   }
 }
 
-Backlog::Backlog(const RetainedRecords& records, std::uint64_t has)
+Backlog::Backlog(const RetainedRecords& records, std::uint64_t has,
+                 std::optional<std::uint8_t> only)
     : records_(&records),
+      only_(only),
       state_sent_(has),
       live_sent_(has),
       told_(has),
       prompt_(records, Lane::prompt, has),
       data_(records, Lane::data, has) {}
 
-SharedBytes Backlog::next(bool thin) {
-  if (const Record* state = records_->oldest_after(Lane::state, state_sent_)) {
+const Record* Backlog::next_state() {
+  while (const Record* state = records_->oldest_after(Lane::state, state_sent_)) {
     state_sent_ = state->sequence;
-    return state->bytes;
+    if (!only_ || state->bytes->front() == *only_) return state;
   }
+  return nullptr;
+}
+
+SharedBytes Backlog::next(bool thin) {
+  if (const Record* state = next_state()) return state->bytes;
+  if (only_) return nullptr;
   const Record* const prompt = prompt_.next();
   const Record* const data = data_.next();
   if (prompt == nullptr && data == nullptr && told_ < records_->newest()) {

@@ -8,6 +8,7 @@
 #include <array>
 #include <cstddef>
 #include <cstdint>
+#include <optional>
 #include <vector>
 
 #include "retained_records.hpp"
@@ -61,7 +62,8 @@ class FairShares {
 class Backlog {
  public:
   /// Of a viewer that has everything up to a sequence (0: nothing). The records outlive it.
-  Backlog(const RetainedRecords& records, std::uint64_t has);
+  /// only: of the state lane, those of this type, and nothing else.
+  Backlog(const RetainedRecords& records, std::uint64_t has, std::optional<std::uint8_t> only = {});
 
   /// The record to send next, taken as sent; null while there is none. State first; then the others
   /// by their shares, live as thin_live over a thin link; CaughtUp when all that must be sent was.
@@ -70,7 +72,10 @@ class Backlog {
   wire::Bytes caught_up() const;
 
  private:
+  const Record* next_state();
+
   const RetainedRecords* records_;
+  std::optional<std::uint8_t> only_;
   std::uint64_t state_sent_, live_sent_, told_;
   NewestFirst prompt_, data_;
   FairShares shares_;

@@ -164,12 +164,13 @@ asio::awaitable<std::optional<HttpRequest>> Front::answer(Stream& stream) {
   question.tls = stream.is_tls();
   const std::string_view path = path_of(question.target);
   const bool call = handlers_.call && is_call(path) && !question.upgrade;
+  const bool is_feed = path == kFeedPath || path == kRecordsPath;
   const auto asset = assets_.find(path);
   if (const auto refusal = refusal_of(question, local_address(stream), config_.names)) {
     co_await refuse(stream, *refusal, call);
-  } else if (question.upgrade && path == kFeedPath) {
+  } else if (question.upgrade && is_feed) {
     co_return reading.parser.release();
-  } else if (path == kFeedPath) {
+  } else if (is_feed) {
     co_await refuse(stream, {426, "this is a WebSocket"});
   } else if (call) {
     co_await answer_call(stream, reading);

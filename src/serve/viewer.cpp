@@ -5,7 +5,6 @@
 #include <netinet/tcp.h>
 
 #include <algorithm>
-#include <optional>
 #include <span>
 #include <string>
 #include <utility>
@@ -23,8 +22,9 @@ namespace websocket = beast::websocket;
 /// Held by the coroutines that read, write and watch; each ends when the socket is closed.
 class Viewer::Conversation : public std::enable_shared_from_this<Viewer::Conversation> {
  public:
-  Conversation(Stream stream, std::shared_ptr<Feed::Core> feed)
+  Conversation(Stream stream, std::shared_ptr<Feed::Core> feed, std::optional<std::uint8_t> only)
       : feed_(std::move(feed)),
+        only_(only),
         socket_(std::move(stream)),
         wake_(socket_.get_executor()),
         tick_(socket_.get_executor()) {}
@@ -102,7 +102,7 @@ class Viewer::Conversation : public std::enable_shared_from_this<Viewer::Convers
     if (!hello || !socket_.got_binary()) co_return not_understood(bytes);
     const bool resumes =
         hello->feed == feed_->id && hello->last_sequence <= feed_->records.newest();
-    backlog_.emplace(feed_->records, resumes ? hello->last_sequence : 0);
+    backlog_.emplace(feed_->records, resumes ? hello->last_sequence : 0, only_);
     start(send_records());
 
     message.clear();
@@ -238,6 +238,7 @@ class Viewer::Conversation : public std::enable_shared_from_this<Viewer::Convers
   }
 
   const std::shared_ptr<Feed::Core> feed_;
+  const std::optional<std::uint8_t> only_;
   websocket::stream<Stream> socket_;
   asio::steady_timer wake_, tick_;
   std::optional<Backlog> backlog_;  ///< once it said hello
@@ -247,8 +248,8 @@ class Viewer::Conversation : public std::enable_shared_from_this<Viewer::Convers
   bool writing_ = false, pinged_ = false, dismissed_ = false, gone_ = false;
 };
 
-Viewer::Viewer(Stream stream, std::shared_ptr<Feed::Core> feed)
-    : conversation_(std::make_shared<Conversation>(std::move(stream), std::move(feed))) {}
+Viewer::Viewer(Stream stream, std::shared_ptr<Feed::Core> feed, std::optional<std::uint8_t> only)
+    : conversation_(std::make_shared<Conversation>(std::move(stream), std::move(feed), only)) {}
 asio::awaitable<void> Viewer::converse(const HttpRequest& request) {
   return conversation_->converse(request);
 }

@@ -3,7 +3,9 @@
 // One page's WebSocket, from the handshake to the farewell.
 #pragma once
 
+#include <cstdint>
 #include <memory>
+#include <optional>
 
 #include "feed_core.hpp"
 #include "stream.hpp"
@@ -12,7 +14,8 @@ namespace nadir::serve {
 
 class Viewer {
  public:
-  Viewer(Stream stream, std::shared_ptr<Feed::Core> feed);
+  /// only: as Backlog has it.
+  Viewer(Stream stream, std::shared_ptr<Feed::Core> feed, std::optional<std::uint8_t> only);
 
   /// The whole conversation; this lives until its end.
   asio::awaitable<void> converse(const HttpRequest& request);

@@ -6,6 +6,7 @@
 #include <pthread.h>
 
 #include <algorithm>
+#include <charconv>
 #include <mutex>
 #include <random>
 #include <thread>
@@ -49,6 +50,18 @@ class Seat {
 
 Clock::duration from_seconds(double s) {
   return std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>(s));
+}
+
+/// That kRecordsPath?type=N asks for.
+std::optional<std::uint8_t> type_of(std::string_view target) {
+  constexpr std::string_view kQuery = "?type=";
+  target.remove_prefix(kRecordsPath.size());
+  if (!target.starts_with(kQuery)) return std::nullopt;
+  target.remove_prefix(kQuery.size());
+  const char* const end = target.data() + target.size();
+  std::uint8_t type = 0;
+  const auto [rest, error] = std::from_chars(target.data(), end, type);
+  return error == std::errc() && rest == end ? std::optional(type) : std::nullopt;
 }
 
 std::uint64_t random_id() {
@@ -104,7 +117,7 @@ class WebServer::Reactor : public std::enable_shared_from_this<Reactor> {
   asio::awaitable<void> accept();
   asio::awaitable<void> answer(Stream stream);
   asio::awaitable<void> view(Stream& stream, const HttpRequest& request);
-  asio::awaitable<std::shared_ptr<Feed::Core>> feed_for(Stream& stream, const HttpRequest& request);
+  asio::awaitable<std::shared_ptr<Feed::Core>> feed_for(Stream& stream, std::string_view target);
   asio::awaitable<void> leave();
 
   const Config config_;
@@ -281,9 +294,8 @@ asio::awaitable<void> WebServer::Reactor::answer(Stream stream) {
   }
 }
 
-asio::awaitable<std::shared_ptr<Feed::Core>> WebServer::Reactor::feed_for(
-    Stream& stream, const HttpRequest& request) {
-  const std::string_view target(request.target().data(), request.target().size());
+asio::awaitable<std::shared_ptr<Feed::Core>> WebServer::Reactor::feed_for(Stream& stream,
+                                                                          std::string_view target) {
   const std::size_t mark = target.find('?');
   if (mark == std::string_view::npos) co_return feed()->core_;
   std::string query(target.substr(mark + 1));
@@ -293,7 +305,15 @@ asio::awaitable<std::shared_ptr<Feed::Core>> WebServer::Reactor::feed_for(
 
 asio::awaitable<void> WebServer::Reactor::view(Stream& stream, const HttpRequest& request) {
   stream.expires_never();
-  const std::shared_ptr<Feed::Core> feed = co_await feed_for(stream, request);
+  const std::string_view target(request.target().data(), request.target().size());
+  std::shared_ptr<Feed::Core> feed;
+  std::optional<std::uint8_t> only;
+  if (target.starts_with(kRecordsPath)) {
+    only = type_of(target);
+    if (only) feed = this->feed()->core_;
+  } else {
+    feed = co_await feed_for(stream, target);
+  }
   if (!feed || feed->has_ended) {
     co_await front_.refuse(stream, {404, "there is no such feed"});
     co_return;
@@ -303,7 +323,7 @@ asio::awaitable<void> WebServer::Reactor::view(Stream& stream, const HttpRequest
     co_return;
   }
   {
-    const auto viewer = std::make_shared<Viewer>(std::move(stream), feed);
+    const auto viewer = std::make_shared<Viewer>(std::move(stream), feed, only);
     const Seat seat(feed, viewer);
     co_await viewer->converse(request);
   }

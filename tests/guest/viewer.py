@@ -1,13 +1,15 @@
 # SPDX-FileCopyrightText: nadir contributors
 # SPDX-License-Identifier: Apache-2.0
-"""A client of nadir's page and feed. viewer.py ADDRESS:PORT SECONDS: prints "TYPE KEY SECONDS" of each record of the feed
-that is newer than its connection: the key is what follows its header, the time CLOCK_MONOTONIC's when it came."""
+"""A client of nadir's page and feed. viewer.py ADDRESS:PORT SECONDS: listens as the page does, to the feed and to alerts once more,
+and prints "TYPE KEY SECONDS" of each record that is newer than its connections, perhaps twice: the key is what follows
+its header, the time CLOCK_MONOTONIC's when it came."""
 import base64
 import hashlib
 import os
 import socket
 import struct
 import sys
+import threading
 import time
 
 ACCEPT = b"258EAFA5-E914-47DA-95CA-C5AB0DC85B11"  # RFC 6455, 1.3
@@ -33,11 +35,11 @@ class Client:
 
 
 class Viewer(Client):
-    """Has said hello to the feed."""
+    """Has said hello to the feed, or to records of one type of it."""
 
-    def __init__(self, address, **how):
+    def __init__(self, address, target="/feed", **how):
         key = base64.b64encode(os.urandom(16))
-        super().__init__(address, "/feed", f"Origin: http://{address}", "Upgrade: websocket", "Connection: Upgrade",
+        super().__init__(address, target, f"Origin: http://{address}", "Upgrade: websocket", "Connection: Upgrade",
                          f"Sec-WebSocket-Key: {key.decode()}", "Sec-WebSocket-Version: 13", **how)
         proof = base64.b64encode(hashlib.sha1(key + ACCEPT).digest())
         if self.status != 101 or self.fields.get(b"sec-websocket-accept") != proof:
@@ -68,16 +70,24 @@ class Viewer(Client):
                 return record
 
 
-def main(address, seconds):
-    viewer = Viewer(address, timeout=10)
+def listen(address, target, give_up):
+    viewer = Viewer(address, target, timeout=10)
     [old] = struct.unpack_from("<Q", viewer.record(), HEADER + 8)  # of the welcome: the newest there was
-    give_up = time.monotonic() + float(seconds)
     while time.monotonic() < give_up:
         record = viewer.record()
         if len(record) >= HEADER + 8:
             sequence, key = struct.unpack_from("<QQ", record, HEADER - 8)
             if sequence > old:
-                print(record[0], key, f"{time.monotonic():.3f}")
+                print(f"{record[0]} {key} {time.monotonic():.3f}\n", end="")
+
+
+def main(address, seconds):
+    give_up = time.monotonic() + float(seconds)
+    ways = [threading.Thread(target=listen, args=(address, target, give_up)) for target in ("/feed", f"/records?type={ALERT}")]
+    for way in ways:
+        way.start()
+    for way in ways:
+        way.join()
 
 
 if __name__ == "__main__":

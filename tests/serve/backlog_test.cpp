@@ -59,6 +59,21 @@ TEST(Backlog, SendsStateInOrderThenDataNewestFirst) {
   EXPECT_THAT(take(backlog), ElementsAre());
 }
 
+TEST(Backlog, SendsOfOneTypeNothingElse) {
+  RetainedRecords records(kPlenty);
+  records.put(Lane::state, 1, record());                 // 1
+  records.put(Lane::state, 2, wire::begin_record(101));  // 2
+  records.put(Lane::prompt, 3, wire::begin_record(101));
+  records.put(Lane::live, 4, wire::begin_record(101));
+  records.put(Lane::state, 5, wire::begin_record(101));  // 5
+  Backlog backlog(records, 0, 101);
+  EXPECT_THAT(take(backlog), ElementsAre(2, 5));
+  records.put(Lane::state, 2, wire::begin_record(101));  // 6
+  EXPECT_THAT(take(backlog), ElementsAre(6));
+  Backlog later(records, 5, 101);
+  EXPECT_THAT(take(later), ElementsAre(6));
+}
+
 TEST(Backlog, SkipsWhatWasSuperseded) {
   RetainedRecords records(kPlenty);
   for (int version = 0; version < 10; ++version) records.put(Lane::data, 7, record());

@@ -531,6 +531,28 @@ TEST(WebServer, GivesTheFeedThatAQueryNamesWhileItIsHeld) {
   EXPECT_THAT(contents(live), testing::ElementsAre(2)) << "goes on";
 }
 
+TEST_F(WebServerTest, GivesRecordsOfOneTypeBesideTheFeed) {
+  server.feed()->publish(Lane::state, 1, record(1));
+  const std::string type = std::to_string(record(1).front());
+  RawClient some = client(), none = client();
+  some.join(0, 0, "/records?type=" + type);
+  none.join(0, 0, "/records?type=99");
+  server.feed()->publish(Lane::data, 2, record(2));
+  server.feed()->publish(Lane::state, 3, record(3));
+  const auto next = [](RawClient& from) { return from.next().value_or(Message()); };
+  EXPECT_EQ(content(next(some)), 1u);
+  EXPECT_EQ(content(next(some)), 3u);
+  EXPECT_EQ(next(none).type(), wire::kCaughtUpType) << "it is alive";
+  RawClient all = client();
+  all.join();
+  EXPECT_THAT(contents(all), testing::ElementsAre(1, 3, 2));
+  for (const char* wrong :
+       {"/records", "/records?type=", "/records?type=256", "/records?type=4&a"}) {
+    EXPECT_THAT(client().upgrade(wrong), StartsWith("HTTP/1.1 404 ")) << wrong;
+  }
+  EXPECT_THAT(client().get("/records?type=4"), StartsWith("HTTP/1.1 426 "));
+}
+
 TEST(WebServer, StopsWhilePublishing) {
   WebServer server(quick(), {});
   RawClient viewer(server.port());

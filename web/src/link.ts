@@ -1,7 +1,8 @@
 // SPDX-FileCopyrightText: nadir contributors
 // SPDX-License-Identifier: Apache-2.0
 import { decode } from "./wire/decode";
-import { HEADER_SIZE, VERSION, type DiveRecord, type Welcome } from "./wire/records";
+import { encodeHello } from "./wire/hello";
+import type { DiveRecord, Welcome } from "./wire/records";
 
 export type LinkState = "connecting" | "live" | "lost";
 
@@ -10,6 +11,8 @@ export interface LinkEvents {
   /** The server is another run of itself: everything known is void. */
   newFeed(): void;
   state(state: LinkState): void;
+  /** The link is live. */
+  welcome?(welcome: Welcome): void;
   /** All there was has been sent, but for so many records that the server let go. */
   caughtUp?(letGo: number): void;
 }
@@ -51,7 +54,7 @@ export class Link {
     this.socket = socket;
     socket.binaryType = "arraybuffer";
     socket.onopen = () => {
-      socket.send(hello(this.feed, this.complete));
+      socket.send(encodeHello(this.feed, this.complete));
     };
     socket.onmessage = (message: MessageEvent<unknown>) => {
       this.receive(message.data);
@@ -110,7 +113,8 @@ export class Link {
     }
   }
 
-  private greet({ feed, newest }: Welcome): void {
+  private greet(welcome: Welcome): void {
+    const { feed, newest } = welcome;
     if (feed !== this.feed) {
       this.feed = feed;
       this.complete = 0n;
@@ -119,14 +123,6 @@ export class Link {
     }
     this.retryMs = FIRST_RETRY_MS;
     this.events.state("live");
+    this.events.welcome?.(welcome);
   }
-}
-
-function hello(feed: bigint, complete: bigint): ArrayBuffer {
-  const message = new DataView(new ArrayBuffer(HEADER_SIZE + 16));
-  message.setUint8(0, 1);
-  message.setUint8(1, VERSION);
-  message.setBigUint64(HEADER_SIZE, feed, true);
-  message.setBigUint64(HEADER_SIZE + 8, complete, true);
-  return message.buffer;
 }

@@ -1,6 +1,7 @@
 // SPDX-FileCopyrightText: nadir contributors
 // SPDX-License-Identifier: Apache-2.0
 import "./style.css";
+import { AlertLine } from "./alert_line";
 import { Api } from "./api";
 import { Arrival } from "./arrival";
 import { Link, type LinkState } from "./link";
@@ -55,6 +56,7 @@ const rail: Rail = new Rail(view, {
 const marks = new Marks(api, pins, rail);
 const menu = new Menu({ rail, themes, alerts, system, api, control: new Control(api, rail), dives: new Dives(api, rail) });
 
+const alertLine = new AlertLine(socketAddress("records?type=4"), receive);
 const link = new Link(feedAddress(), {
   record: receive,
   newFeed: forget,
@@ -63,9 +65,15 @@ const link = new Link(feedAddress(), {
     if (now === "live") {
       arrival.begin();
       void api.greet();
-    } else if (now === "lost") arrival.end();
+    } else if (now === "lost") {
+      alertLine.end();
+      arrival.end();
+    }
     showLink();
     if (now === "lost") void recorded?.explain();
+  },
+  welcome: (welcome) => {
+    if (recorded === null) alertLine.follow(welcome);
   },
   caughtUp: (letGo) => {
     recorded?.setLetGo(letGo);
@@ -126,9 +134,12 @@ function openView(): View | null {
 
 /** The live feed, or that of the recorded dive the address names. */
 function feedAddress(): string {
-  const address = new URL("feed", location.href);
+  return socketAddress(recordedDive === null ? "feed" : `feed?${new URLSearchParams({ dive: recordedDive }).toString()}`);
+}
+
+function socketAddress(path: string): string {
+  const address = new URL(path, location.href);
   address.protocol = location.protocol === "https:" ? "wss:" : "ws:";
-  if (recordedDive !== null) address.searchParams.set("dive", recordedDive);
   return address.href;
 }
 

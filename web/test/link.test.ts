@@ -4,22 +4,8 @@ import { afterEach, beforeEach, describe, expect, it, vi } from "vitest";
 import { decode } from "../src/wire/decode";
 import { Link, type LinkState } from "../src/link";
 import type { DiveRecord } from "../src/wire/records";
+import { FakeSocket, welcome } from "./fake_socket";
 import { golden } from "./golden";
-
-class FakeSocket {
-  binaryType = "";
-  sent: ArrayBuffer[] = [];
-  onopen?: () => void;
-  onmessage?: (message: { data: unknown }) => void;
-  onclose?: () => void;
-  close(): void {
-    this.isClosed = true;
-  }
-  isClosed = false;
-  send(bytes: ArrayBuffer): void {
-    this.sent.push(bytes);
-  }
-}
 
 function start() {
   const sockets: FakeSocket[] = [];
@@ -46,12 +32,6 @@ function start() {
   };
   const receive = (data: unknown) => socket().onmessage?.({ data });
   return { link, sockets, socket, records, states, receive, feeds: () => feeds };
-}
-
-function welcome(feed: bigint): ArrayBuffer {
-  const bytes = golden("welcome");
-  new DataView(bytes).setBigUint64(16, feed, true);
-  return bytes;
 }
 
 describe("Link", () => {

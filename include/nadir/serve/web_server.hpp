@@ -21,8 +21,9 @@
 
 namespace nadir::serve {
 
-/// Where the page opens its WebSocket.
-constexpr std::string_view kFeedPath = "/feed";
+/// Where the page opens its WebSocket, and, with ?type=N, one more for the records of a single type
+/// of Lane::state: they wait for no lost packet of the others.
+constexpr std::string_view kFeedPath = "/feed", kRecordsPath = "/records";
 
 struct Config {
   std::string address = "127.0.0.1";  ///< IP literal; "::" or "0.0.0.0" for every network
@@ -88,7 +89,8 @@ class WebServer {
   /// Why it did not at once; empty when it did.
   const std::string& listen_fault() const;
 
-  /// What viewers of kFeedPath are sent; there is one from the beginning. Any thread.
+  /// What viewers of kFeedPath and kRecordsPath are sent; there is one from the beginning. Any
+  /// thread.
   std::shared_ptr<Feed> feed() const;
   /// An empty one in its place. The one before ends: its viewers come over by themselves, and what
   /// is still published to it goes nowhere.

@@ -48,11 +48,12 @@ def watch(guest, name, address, where=""):
 
 
 def told(guest, name):
-    """{(type, key): when it came}, in its first form."""
+    """{(type, key): when it came first}."""
     guest.command(f"while systemctl -q is-active {name}; do sleep 0.5; done", limit_s=WATCHED_S + 20)
     came = {}
     for kind, key, at in map(str.split, guest.command(f"cat /run/{name}; rm /run/{name}").out.splitlines()):
-        came.setdefault((int(kind), int(key)), float(at))
+        record = (int(kind), int(key))
+        came[record] = min(float(at), came.get(record, math.inf))
     if not came:
         raise Failed(f"{name} was told nothing\n{guest.command(f'journalctl -b -u {name} --no-pager', check=False).out}")
     return came

@@ -78,14 +78,15 @@ export class Alerts {
     if (loud) this.cry("good");
   }
 
+  /** One that comes again, as the line for alerts or a link that broke bring it, says nothing new. */
   add(alert: Alert, manner: Manner): void {
-    const known = this.all.has(alert.id);
+    if (this.all.has(alert.id)) return;
     this.all.set(alert.id, alert);
     this.resolve(RESOLVES[alert.kind] ?? []);
-    const isNew = !known && manner !== "listed";
-    if (isNew) this.open = [...this.open.filter(({ kind }) => kind !== alert.kind), alert];
+    const isShown = manner !== "listed";
+    if (isShown) this.open = [...this.open.filter(({ kind }) => kind !== alert.kind), alert];
     this.refresh();
-    if (!isNew) return;
+    if (!isShown) return;
     const level = levelOf(alert);
     if (SHOWN_SECONDS[level] < Infinity) {
       setTimeout(() => {
