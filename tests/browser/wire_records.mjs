@@ -5,6 +5,7 @@ import { readFileSync } from "node:fs";
 import { crc32, deflateSync } from "node:zlib";
 
 export const HEADER = 16;
+export const ALERT = 4; // of the type
 export const NEWS = 1_000_000; // a sequence that no server here comes to
 export const golden = (name) => readFileSync(new URL(`../wire/golden/${name}.bin`, import.meta.url));
 const text = (words) => {
