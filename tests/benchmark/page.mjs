@@ -35,7 +35,9 @@ const PLAIN_TURNS = 6; // they take seconds
 async function recordsOf(browser, port) {
   const feed = [];
   const { page, read } = await harness.openPage(browser, port, (page) => {
-    page.on("websocket", (socket) => socket.on("framereceived", ({ payload }) => feed.push(Buffer.from(payload))));
+    page.on("websocket", (socket) => {
+      if (/\/feed/.test(socket.url())) socket.on("framereceived", ({ payload }) => feed.push(Buffer.from(payload)));
+    });
   });
   await until("the dive mapped", read, ({ state, counts }) => state?.finished === true && counts.mosaicTiles >= state.mosaicTiles, 120);
   await page.close();

@@ -8,7 +8,7 @@ import test from "node:test";
 import { barriers, tooSmall } from "./fitness.mjs";
 import * as harness from "./harness.mjs";
 import { keep, pause, tap, until } from "./harness.mjs";
-import { alert, HEADER, measures, missing, NEWS, recording } from "./wire_records.mjs";
+import { alert, HEADER, measures, missing, NEWS, oriented, recording } from "./wire_records.mjs";
 
 const IMAGES = 18;
 const RATE = 1.5;
@@ -115,6 +115,7 @@ test("a diver's page", { timeout: 300_000 }, async (t) => {
   const greetings = [];
   const far = await harness.openPage(browser, line.port, (page) => {
     page.on("websocket", (socket) => {
+      if (!socket.url().endsWith("/feed")) return;
       const greeting = {};
       greetings.push(greeting);
       socket.on("framesent", ({ payload }) => (greeting.hello ??= Buffer.from(payload)));
@@ -232,6 +233,15 @@ test("a diver's page", { timeout: 300_000 }, async (t) => {
       await until("what is left", told, (words) => /^0.5 GB, 2:05 left · 12 missing · 120 saved$/.test(words), 5);
       await keep(page, `left-${held}`);
       assert.deepEqual(await cutOff(page), []);
+    });
+
+    await t.test(`held in ${held}, does not call mapped what is not`, async () => {
+      const tracking = async (wanted) => until(wanted, () => gauge(page, "tracking"), ({ value }) => value === wanted, 5);
+      say(oriented(state, 0));
+      const { level, advice } = await tracking("Not mapped");
+      assert.deepEqual([level, advice], ["warning", "see Alerts"]);
+      say(state);
+      await tracking("Mapped");
     });
 
     await t.test(`held in ${held}, makes a disk that is nearly full stand out`, async () => {

@@ -43,7 +43,7 @@ test("the page by a name", { timeout: 300_000 }, async (t) => {
         async () => isSecureContext && (await navigator.serviceWorker.ready).active !== null,
       );
       assert.equal(installs, scheme === "https");
-      assert.deepEqual(feeds, [`${feed}://nadir.local:${port}/feed`]);
+      assert.deepEqual(feeds, ["feed", "records?type=4"].map((path) => `${feed}://nadir.local:${port}/${path}`));
       assert.deepEqual(errors, []);
       await page.close();
     });

@@ -43,6 +43,13 @@ export function missing(state, lost) {
   return record;
 }
 
+/** A state with so many images that have a pose. */
+export function oriented(state, images) {
+  const record = Buffer.from(state);
+  record.writeBigUInt64LE(BigInt(images), HEADER + 48);
+  return record;
+}
+
 export function alert(id, sequence, kind, message, remedy) {
   const record = Buffer.concat([golden("alert").subarray(0, HEADER + 25), ...[kind, message, remedy].map(text)]);
   record.writeBigUInt64LE(BigInt(sequence), 8);

@@ -148,8 +148,11 @@ export class Gauges {
       return;
     }
     document.body.dataset["tracking"] = state.finished ? "finished" : state.tracking;
-    if (state.finished) this.tracking.show(S.finished, scaleText(state), state.scale === "none" ? "warning" : "plain", "flag");
-    else {
+    if (state.finished && state.oriented === 0) {
+      this.tracking.show(S.unmapped, state.captured === 0 ? S.advice.waiting : S.seeAlerts, "warning", "warning");
+    } else if (state.finished) {
+      this.tracking.show(S.finished, scaleText(state), state.scale === "none" ? "warning" : "plain", "flag");
+    } else {
       const advice = state.tracking === "tracking" ? scaleText(state) : S.advice[state.tracking];
       const level = state.tracking === "tracking" && state.scale === "none" ? "warning" : TRACKING_LEVELS[state.tracking];
       this.tracking.show(S.tracking[state.tracking], advice, this.ofNow(level), TRACKING_ICONS[state.tracking]);

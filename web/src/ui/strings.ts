@@ -17,6 +17,8 @@ export const S = {
     lost: "Lost",
   } satisfies Record<Tracking, string>,
   finished: "Mapped",
+  unmapped: "Not mapped",
+  seeAlerts: "see Alerts",
   advice: {
     waiting: "no image yet",
     initialising: "move on slowly",
