@@ -168,7 +168,10 @@ template <class Derived>
 bool is_sound(const Eigen::DenseBase<Derived>& numbers) {
   return numbers.derived().allFinite() && numbers.derived().cwiseAbs().maxCoeff() < kFarthest;
 }
-bool is_sound(const Rigid3& pose) { return is_sound(pose.translation) && pose.is_finite(); }
+bool is_unit(double length) { return std::abs(length - 1) < 1e-3; }
+bool is_sound(const Rigid3& pose) {
+  return is_sound(pose.translation) && is_unit(pose.rotation.norm());
+}
 bool is_sound(const ImagePose& pose) {
   return is_sound(pose.survey_from_camera) && is_sound(pose.rms_px) &&
          is_sound(pose.sigma_position) && is_sound(pose.sigma_rotation);
@@ -179,15 +182,18 @@ bool is_sound(const DeadReckoned& place) {
 bool is_sound(const TiePoint& point) { return is_sound(point.x_in_survey); }
 bool is_sound(const Scale& scale) { return is_sound(scale.sigma); }
 bool is_sound(const std::pair<std::uint32_t, Scale>& scale) { return is_sound(scale.second); }
-bool is_sound(const Plane& plane) { return is_sound(plane.normal) && is_sound(plane.offset); }
+bool is_sound(const Plane& plane) {
+  return is_unit(plane.normal.norm()) && is_sound(plane.offset) && is_sound(plane.centroid);
+}
 bool is_sound(const WorldFile& world) {
-  return is_sound(
-      Eigen::Matrix<double, 6, 1>{world.a, world.d, world.b, world.e, world.c, world.f});
+  const Eigen::Matrix<double, 6, 1> numbers{world.a, world.d, world.b, world.e, world.c, world.f};
+  return is_sound(numbers) && world.a * world.e != world.b * world.d;
 }
 bool is_sound(const ProjectedFile& file) { return is_sound(file.world); }
 bool is_sound(const MosaicGrid& mosaic) {
-  return is_sound(mosaic.ground_sampling_distance) && is_sound(mosaic.world) &&
-         is_sound(mosaic.plane);
+  const double sampling = mosaic.ground_sampling_distance;
+  return sampling > 0 && is_sound(sampling) && is_sound(mosaic.world) && is_sound(mosaic.plane) &&
+         mosaic.plane.normal.z() != 0;
 }
 bool is_sound(const Grid& grid) {
   return is_sound(grid.survey_from_grid) && is_sound(grid.camera_in_survey) &&
@@ -197,6 +203,9 @@ bool is_sound(const Correction& correction) {
   const auto& [scale, rigid] = correction.corrected_from_live;
   return scale > 0 && is_sound(scale) && is_sound(rigid);
 }
+
+// The later one lies in the frame of the earlier; else they could lead in a circle.
+bool is_sound(const Join& join) { return join.to < join.submap; }
 
 template <class T>
 void keep_sound(std::vector<T>& values) {
@@ -222,7 +231,10 @@ Facts sound(Facts facts) {
   keep_sound(facts.mosaic);
   keep_sound(facts.projected);
   if (!facts.mosaic) facts.tiles.clear();
+  const std::size_t corrections = facts.corrections.size();
   keep_sound(facts.corrections);
+  if (facts.corrections.size() < corrections) facts.joins.clear();  // they rest on them
+  keep_sound(facts.joins);
   keep_sound(facts.scales);
   return facts;
 }

@@ -60,18 +60,9 @@ void add_grid(const Grid& grid, Ledger& ledger) {
   }
 }
 
-// The one it was joined to at last.
-std::uint32_t root_of(std::uint32_t submap, const Ledger& ledger) {
-  while (ledger.joined.contains(submap)) submap = ledger.joined.at(submap);
-  return submap;
-}
-
 void add_revision(const Facts& facts, Ledger& ledger) {
   for (const Correction& correction : facts.corrections) ledger.corrections.add(correction);
-  for (const Join& join : facts.joins) {
-    // A damaged one could lead in a circle.
-    if (root_of(join.to, ledger) != join.submap) ledger.joined[join.submap] = join.to;
-  }
+  for (const Join& join : facts.joins) ledger.joined[join.submap] = join.to;
   for (const auto& [submap, scale] : facts.scales) ledger.corrected_scales[submap] = scale;
 }
 
@@ -165,6 +156,12 @@ bool add_record(const Record& record, Ledger& ledger) {
     }
   }
   return false;
+}
+
+// The one it was joined to at last.
+std::uint32_t root_of(std::uint32_t submap, const Ledger& ledger) {
+  while (ledger.joined.contains(submap)) submap = ledger.joined.at(submap);
+  return submap;
 }
 
 bool is_less_certain(const Scale& a, const Scale& b) {

@@ -70,10 +70,11 @@ std::string health_line(std::uint64_t number, const ImageFacts& image, const Ima
   const Health& health = image.health;
   line += ',' + padded(submap, 1) + ',' + padded(health.tie_points, 1);
   for (const std::uint32_t count : health.by_quadrant) line += ',' + padded(count, 1);
-  line += ',' + fixed(health.tracked_length, 1);
-  for (const double value : {health.rms_px, health.sharpness, health.exposure}) {
-    line += ',' + (std::isfinite(value) ? fixed(value, 3) : std::string());
-  }
+  const auto add = [&](double value, int decimals) {
+    line += ',' + (std::isfinite(value) ? fixed(value, decimals) : std::string());
+  };
+  add(health.tracked_length, 1);
+  for (const double value : {health.rms_px, health.sharpness, health.exposure}) add(value, 3);
   const RelativeSigma sigma = image.final ? relative_sigma(before, *image.final) : RelativeSigma{};
   const bool known = sigma.position > 0;
   line += ',' + (known ? fixed(sigma.position, 6) : std::string());

@@ -57,7 +57,10 @@ const Record* Backlog::next_state() {
 
 SharedBytes Backlog::next(bool thin) {
   if (const Record* state = next_state()) return state->bytes;
-  if (only_) return nullptr;
+  if (only_) {
+    told_ = records_->newest();
+    return nullptr;
+  }
   const Record* const prompt = prompt_.next();
   const Record* const data = data_.next();
   if (prompt == nullptr && data == nullptr && told_ < records_->newest()) {

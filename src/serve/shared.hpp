@@ -21,9 +21,9 @@ struct Counted {
   Count& count;
 };
 
-/// What the server counts, over all its feeds.
+/// What the server counts, over all its feeds; lines: those of kRecordsPath.
 struct Tally {
-  Count connections = 0, clients = 0, sent = 0, refused = 0, timed_out = 0;
+  Count connections = 0, clients = 0, lines = 0, sent = 0, refused = 0, timed_out = 0;
   Count retained_bytes = 0, evicted = 0;
 };
 

@@ -30,14 +30,15 @@ constexpr Refusal kTooMany{503, "as many viewers as this device serves are watch
 
 using Viewers = std::set<std::shared_ptr<Viewer>>;
 
-/// A viewer among those of its feed while it lives.
+/// A viewer among those of its feed while it lives. On a line beside the feed it is there already.
 class Seat {
  public:
-  Seat(std::shared_ptr<Feed::Core> feed, std::shared_ptr<Viewer> viewer)
+  Seat(std::shared_ptr<Feed::Core> feed, std::shared_ptr<Viewer> viewer, bool line)
       : feed_(std::move(feed)),
         seat_(feed_->viewers.insert(std::move(viewer)).first),
-        of_server_(feed_->shared.tally.clients),
-        of_feed_(feed_->viewer_count) {}
+        of_server_(line ? feed_->shared.tally.lines : feed_->shared.tally.clients) {
+    if (!line) of_feed_.emplace(feed_->viewer_count);
+  }
   Seat(const Seat&) = delete;
   Seat& operator=(const Seat&) = delete;
   ~Seat() { feed_->viewers.erase(seat_); }
@@ -45,11 +46,16 @@ class Seat {
  private:
   const std::shared_ptr<Feed::Core> feed_;
   const std::set<std::shared_ptr<Viewer>>::iterator seat_;
-  const Counted of_server_, of_feed_;
+  const Counted of_server_;
+  std::optional<Counted> of_feed_;
 };
 
 Clock::duration from_seconds(double s) {
   return std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>(s));
+}
+
+std::string_view target_of(const HttpRequest& request) {
+  return {request.target().data(), request.target().size()};
 }
 
 /// That kRecordsPath?type=N asks for.
@@ -116,6 +122,7 @@ class WebServer::Reactor : public std::enable_shared_from_this<Reactor> {
   asio::awaitable<void> listen_in_time();
   asio::awaitable<void> accept();
   asio::awaitable<void> answer(Stream stream);
+  bool has_room(const HttpRequest& request) const;
   asio::awaitable<void> view(Stream& stream, const HttpRequest& request);
   asio::awaitable<std::shared_ptr<Feed::Core>> feed_for(Stream& stream, std::string_view target);
   asio::awaitable<void> leave();
@@ -262,12 +269,13 @@ asio::awaitable<void> WebServer::Reactor::leave() {
     }
   }
   farewell_.expires_after(kFarewell);
-  if (shared_.tally.clients > 0) co_await farewell_.async_wait(noting(ignored));
+  if (shared_.tally.clients + shared_.tally.lines > 0)
+    co_await farewell_.async_wait(noting(ignored));
   io_.stop();
 }
 
 asio::awaitable<void> WebServer::Reactor::accept() {
-  const std::size_t most = 2 * config_.max_clients;  // viewers and as many short requests
+  const std::size_t most = 3 * config_.max_clients;  // viewers, lines and as many short requests
   while (acceptor_.is_open()) {
     error_code error;
     tcp::socket socket = co_await acceptor_.async_accept(noting(error));
@@ -287,11 +295,17 @@ asio::awaitable<void> WebServer::Reactor::answer(Stream stream) {
   ::fcntl(stream.socket().native_handle(), F_SETFD, FD_CLOEXEC);
   const std::optional<HttpRequest> for_feed = co_await front_.answer(stream);
   if (!for_feed) co_return;
-  if (shared_.tally.clients < config_.max_clients) {
+  if (has_room(*for_feed)) {
     co_await view(stream, *for_feed);
   } else {
     co_await front_.refuse(stream, kTooMany);
   }
+}
+
+bool WebServer::Reactor::has_room(const HttpRequest& request) const {
+  const Tally& tally = shared_.tally;
+  const bool line = target_of(request).starts_with(kRecordsPath);
+  return (line ? tally.lines : tally.clients) < config_.max_clients;
 }
 
 asio::awaitable<std::shared_ptr<Feed::Core>> WebServer::Reactor::feed_for(Stream& stream,
@@ -305,7 +319,7 @@ asio::awaitable<std::shared_ptr<Feed::Core>> WebServer::Reactor::feed_for(Stream
 
 asio::awaitable<void> WebServer::Reactor::view(Stream& stream, const HttpRequest& request) {
   stream.expires_never();
-  const std::string_view target(request.target().data(), request.target().size());
+  const std::string_view target = target_of(request);
   std::shared_ptr<Feed::Core> feed;
   std::optional<std::uint8_t> only;
   if (target.starts_with(kRecordsPath)) {
@@ -318,16 +332,16 @@ asio::awaitable<void> WebServer::Reactor::view(Stream& stream, const HttpRequest
     co_await front_.refuse(stream, {404, "there is no such feed"});
     co_return;
   }
-  if (shared_.tally.clients >= config_.max_clients) {  // others came while it was looked for
+  if (!has_room(request)) {  // others came while it was looked for
     co_await front_.refuse(stream, kTooMany);
     co_return;
   }
   {
     const auto viewer = std::make_shared<Viewer>(std::move(stream), feed, only);
-    const Seat seat(feed, viewer);
+    const Seat seat(feed, viewer, only.has_value());
     co_await viewer->converse(request);
   }
-  if (shared_.tally.clients == 0) farewell_.cancel();
+  if (shared_.tally.clients + shared_.tally.lines == 0) farewell_.cancel();
 }
 
 WebServer::WebServer(Config config, std::vector<Asset> assets, std::optional<int> listening,

@@ -141,7 +141,7 @@ async function frontWith(feed, answers = () => false) {
   });
   front.on("upgrade", (request, socket, head) => {
     if (!Array.isArray(feed)) return passOn(request, socket, head, behind);
-    if (!request.url.startsWith("/feed")) return socket.destroy();
+    if (!request.url.startsWith("/feed")) return; // alerts come by the feed as well
     const key = createHash("sha1").update(`${request.headers["sec-websocket-key"]}258EAFA5-E914-47DA-95CA-C5AB0DC85B11`).digest("base64");
     socket.write(`HTTP/1.1 101 Switching Protocols\r\nUpgrade: websocket\r\nConnection: Upgrade\r\nSec-WebSocket-Accept: ${key}\r\n\r\n`);
     const welcome = Buffer.alloc(HEADER + 16);

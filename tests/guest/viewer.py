@@ -83,11 +83,8 @@ def listen(address, target, give_up):
 
 def main(address, seconds):
     give_up = time.monotonic() + float(seconds)
-    ways = [threading.Thread(target=listen, args=(address, target, give_up)) for target in ("/feed", f"/records?type={ALERT}")]
-    for way in ways:
-        way.start()
-    for way in ways:
-        way.join()
+    threading.Thread(target=listen, args=(address, f"/records?type={ALERT}", give_up), daemon=True).start()  # silent for long, maybe
+    listen(address, "/feed", give_up)
 
 
 if __name__ == "__main__":

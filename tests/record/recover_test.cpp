@@ -75,7 +75,8 @@ TEST_F(Recovering, ComesToAnEndWhateverTheJournalSays) {
   for (std::uint64_t image = 0; image < 3; ++image) {
     Facts facts = facts_of(small_.entry(image));
     facts.poses[0].survey_from_camera.translation.setConstant(std::nan(""));
-    facts.joins = {{0, 1, 0, 1}, {1, 0, 1, 0}, {2, 2, 2, 2}};
+    facts.health.tracked_length = std::nan("");
+    facts.joins = {{3, 1, 3, 1}, {1, 2, 1, 2}, {1, 3, 1, 3}, {2, 2, 2, 2}};
     ASSERT_EQ(writer.append(RecordType::shot, encode(facts)), 0);
   }
   writer.close();

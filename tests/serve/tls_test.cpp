@@ -213,7 +213,7 @@ TEST_F(Tls, WaitsForNoHandshakeForLong) {
 
 TEST_F(Tls, CountsHandshakesAmongTheConnections) {
   std::vector<RawClient> crowd;
-  for (std::size_t i = 0; i < 2 * settings(files).max_clients; ++i) {
+  for (std::size_t i = 0; i < 3 * settings(files).max_clients; ++i) {
     crowd.push_back(plain());
     crowd.back().send("\x16");
   }

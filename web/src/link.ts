@@ -30,9 +30,9 @@ export class Link {
   mayBeSilent = false;
   /** Messages that were no record of ours. */
   ignored = 0;
-  private feed = 0n;
   /** Everything of the feed up to this sequence is here. */
-  private complete = 0n;
+  complete = 0n;
+  private feed = 0n;
   /** What this page has not seen was there before it up to this sequence. */
   private old = 0;
   private socket: WebSocket | null = null;

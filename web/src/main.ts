@@ -25,6 +25,7 @@ import { S } from "./ui/strings";
 import { Themes } from "./ui/theme";
 import { getReady, unpacking } from "./view/images";
 import { View } from "./view/view";
+import { ALERT_TYPE } from "./wire/decode";
 import type { Alert, DiveRecord, State } from "./wire/records";
 
 let state: State | null = null;
@@ -56,7 +57,7 @@ const rail: Rail = new Rail(view, {
 const marks = new Marks(api, pins, rail);
 const menu = new Menu({ rail, themes, alerts, system, api, control: new Control(api, rail), dives: new Dives(api, rail) });
 
-const alertLine = new AlertLine(socketAddress("records?type=4"), receive);
+const alertLine = new AlertLine(socketAddress(`records?type=${ALERT_TYPE}`), receive);
 const link = new Link(feedAddress(), {
   record: receive,
   newFeed: forget,
@@ -72,8 +73,8 @@ const link = new Link(feedAddress(), {
     showLink();
     if (now === "lost") void recorded?.explain();
   },
-  welcome: (welcome) => {
-    if (recorded === null) alertLine.follow(welcome);
+  welcome: ({ feed }) => {
+    if (recorded === null) alertLine.follow(feed, () => link.complete);
   },
   caughtUp: (letGo) => {
     recorded?.setLetGo(letGo);

@@ -8,7 +8,7 @@ export class FakeSocket {
   sent: ArrayBuffer[] = [];
   onopen?: (() => void) | null;
   onmessage?: ((message: { data: unknown }) => void) | null;
-  onclose?: () => void;
+  onclose?: (() => void) | null;
   close(): void {
     this.isClosed = true;
   }

@@ -50,10 +50,13 @@ export function decode(buffer: ArrayBuffer): WireRecord | null {
   }
 }
 
+/** Of an alert's record. */
+export const ALERT_TYPE = 4;
+
 const BODIES: Partial<Record<number, (from: Reader) => Body>> = {
   2: welcome,
   3: state,
-  4: alert,
+  [ALERT_TYPE]: alert,
   5: camera,
   6: pose,
   7: tiePoints,
