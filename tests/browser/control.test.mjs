@@ -20,11 +20,11 @@ const open = async (page, ...items) => {
   for (const item of items) await tap(page, `#panel .wide:has(.label:text-is('${item}'))`);
 };
 const panel = (page) => page.locator("#panel").innerText();
-/** A pin moves with the map, which makes room for what is new. */
+/** A pin moves with the map, which makes room for what is new: it may not be in sight yet. */
 const tapPin = (page, pin, note = NOTE) =>
   until("what the mark says", async () => {
-    await page.locator(pin).tap({ force: true });
-    return panel(page);
+    const fault = await page.locator(pin).tap({ force: true }).then(() => "", ({ message }) => message);
+    return fault + (await panel(page));
   }, (text) => text.includes(note), 20);
 
 test("control of the device", { timeout: 300_000 }, async (t) => {
@@ -165,7 +165,11 @@ test("control of the device", { timeout: 300_000 }, async (t) => {
   await run.ended;
 
   await t.test("comes back to the own screen when the device has begun anew with another code", async () => {
-    const begin = (name) => harness.replay(survey, path.join(folder, name), port, "--rate", "0.3", "--keep-serving");
+    const begin = async (name) => {
+      const run = await harness.replay(survey, path.join(folder, name), port, "--rate", "0.3", "--keep-serving");
+      t.after(run.stop);
+      return run;
+    };
     const take = async () => {
       await until("the link", own.read, ({ link, state }) => link === "live" && state?.finished === false, 30);
       await open(own.page, "Dive");
@@ -188,6 +192,7 @@ test("control of the device", { timeout: 300_000 }, async (t) => {
 
   await t.test("leaves marks that a recorded dive shows, with their photographs", async () => {
     const next = await harness.replay(survey, path.join(folder, "next"), port, "--rate", "0.3", "--keep-serving");
+    t.after(next.stop);
     const dives = await (await fetch(`http://127.0.0.1:${port}/api/dives`)).json();
     const { id } = dives.find(({ name }) => name === "dive");
     const recorded = await harness.openPage(browser, port, undefined, harness.PORTRAIT, `http://127.0.0.1:${port}/?dive=${id}`);
